@@ -1,0 +1,51 @@
+PYTHON ?= python3.11
+JOBS ?= 2
+
+BIN := .venv/bin
+STAMP := .venv/.installed
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+
+.PHONY: run setup test test-slow lint format bench clean
+
+run: setup
+	$(BIN)/python examples/01_predict.py
+
+# gmsh's wheel links against X and GL libraries of the system. Prediction needs none of them, so their absence is
+# said and not fatal.
+setup: $(STAMP)
+	@$(BIN)/python -c "import gmsh" 2>/dev/null || printf '%s\n' \
+	  "gmsh does not load, so rodmodel-fem, rodmodel-calibrate and their tests will not run; rodmodel itself does." \
+	  "On Debian or Ubuntu: apt-get install libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1" >&2
+
+# The build uses the pinned setuptools of the environment, not whatever is newest that day.
+$(STAMP): pyproject.toml constraints.txt
+	@command -v $(PYTHON) >/dev/null || { echo "$(PYTHON) not found: install Python 3.11 or name another, make PYTHON=python3.12" >&2; exit 1; }
+	$(PYTHON) -m venv .venv
+	$(PIP) install -c constraints.txt setuptools wheel
+	$(PIP) install -c constraints.txt --no-build-isolation -e ".[fem,dev]"
+	@touch $@
+
+test: lint
+	$(BIN)/python -m pytest -n $(JOBS)
+
+test-slow: setup
+	$(BIN)/python -m pytest -n $(JOBS) -m slow
+
+lint: setup
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+
+format: setup
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+bench: setup
+	@set -e; for script in tests/benchmark/bench_*.py; do \
+	  module=$$(echo "$${script%.py}" | tr / .); echo "== $$module"; $(BIN)/python -m "$$module"; \
+	done
+
+# Keeps .venv: it takes minutes to fetch and is rebuilt when its pins change.
+clean:
+	rm -rf build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find rodmodel fem_reference calibration tests examples -type d -name __pycache__ -prune -exec rm -rf {} +

@@ -1,0 +1,24 @@
+"""What every test runs under: double precision, one thread a process, no display, shapes checked."""
+
+import os
+
+# Read when NumPy, MKL and XLA are first imported. Two pytest processes fill two cores; more threads only contend.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("MKL_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false")
+os.environ["MPLBACKEND"] = "Agg"
+
+import jax
+import jaxtyping
+from hypothesis import settings
+
+jax.config.update("jax_enable_x64", True)
+
+# Every shape and dtype that rodmodel writes in an annotation is checked at each call (each trace, under jit). The
+# hook acts on modules imported after it, so nothing here or in a plugin may import rodmodel earlier.
+jaxtyping.install_import_hook(["rodmodel"], "beartype.beartype")
+
+# The same examples on every run, and no limit on the time of one: a first call compiles.
+settings.register_profile("rodmodel", deadline=None, derandomize=True)
+settings.load_profile("rodmodel")

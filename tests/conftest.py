@@ -2,7 +2,8 @@
 
 import os
 
-# Read when NumPy, MKL and XLA are first imported. Two pytest processes fill two cores; more threads only contend.
+# Read when NumPy, MKL and XLA are first imported. Two pytest processes fill two cores: more threads would
+# only contend for them.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("MKL_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -15,8 +16,8 @@ from hypothesis import settings
 
 jax.config.update("jax_enable_x64", True)
 
-# Every shape and dtype that rodmodel writes in an annotation is checked at each call (each trace, under jit). The
-# hook acts on modules imported after it, so nothing here or in a plugin may import rodmodel earlier.
+# Every shape and dtype that rodmodel writes in an annotation is checked at each call (each trace, under jit).
+# The hook acts on modules imported after it, so nothing here or in a plugin may import rodmodel earlier.
 jaxtyping.install_import_hook(["rodmodel"], "beartype.beartype")
 
 # The same examples on every run, and no limit on the time of one: a first call compiles.

@@ -1,0 +1,59 @@
+"""Bending angle and bending plane of a rod, from the tangents along it."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+
+def bending(
+    tangents: Float[Array, "n 3"], chord: Float[Array, "3"]
+) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    """Bending angle θ and bending plane γ of the tip.
+
+    θ is the polar angle of the tip's tangent t from +z, and γ the azimuth opposite to t, so that chamber 1
+    alone, which bends the tip towards −x, has γ = 0. Past 180° t leans back over the base: θ is continued,
+    and γ stays that of the side to which the rod went. Which half turn the tip is in comes from the angle
+    of t in the vertical plane through the chord, counted along the rod; where a rod that is not planar
+    crosses 180°, θ jumps by twice the angle by which t misses −z.
+
+    Parameters
+    ----------
+    tangents : unit vectors along the rod, base (+z) to tip, close enough to turn less than 180° between two.
+    chord : from the base to the end of the body.
+
+    Returns
+    -------
+    angle : θ [rad], zero or positive.
+    plane : γ [rad], in [0, 2π); 0 for a straight rod.
+
+    Both derivatives are zero, not undefined, where the tip's tangent is vertical.
+
+    References
+    ----------
+    "Modeling of a two-degree-of-freedom fiber-reinforced soft pneumatic actuator", Robotica (2023), eqs 1-4,
+    with two-argument arctangents.
+    """
+    half_turns = _half_turns(jax.lax.stop_gradient(tangents), jax.lax.stop_gradient(chord))
+    x, y, z = tangents[-1]
+    horizontal_squared = x * x + y * y
+    vertical = horizontal_squared == 0.0
+    horizontal = jnp.where(vertical, 0.0, jnp.sqrt(jnp.where(vertical, 1.0, horizontal_squared)))
+    polar = jnp.arctan2(horizontal, z)
+    back = half_turns % 2.0 == 1.0
+    angle = jnp.pi * half_turns + jnp.where(back, jnp.pi - polar, polar)
+    # Subtracted, not negated: for y = 0 that gives +0, of which the azimuth is +0 or π.
+    ahead_x, ahead_y = jnp.where(back, x, 0.0 - x), jnp.where(back, y, 0.0 - y)
+    azimuth = jnp.arctan2(jnp.where(vertical, 0.0, ahead_y), jnp.where(vertical, 1.0, ahead_x))
+    plane = jnp.where(azimuth < 0.0, azimuth + 2.0 * jnp.pi, azimuth)
+    # Less than half a rounding below zero is a whole turn after rounding.
+    return angle, jnp.where(plane < 2.0 * jnp.pi, plane, 0.0)
+
+
+def _half_turns(tangents: Float[Array, "n 3"], chord: Float[Array, "3"]) -> Float[Array, ""]:
+    """Whole half turns of the tangent in the vertical plane of the chord."""
+    forward = jax.vmap(jnp.dot, in_axes=(0, None))(tangents[:, :2], chord[:2])
+    length = jnp.hypot(chord[0], chord[1])
+    forward = forward / jnp.where(length > 0.0, length, 1.0)
+    inclination = jnp.unwrap(jnp.arctan2(forward, tangents[:, 2]))
+    return jnp.floor(jnp.abs(inclination[-1] - inclination[0]) / np.pi)

@@ -1,0 +1,99 @@
+"""Find a calibration, shipped or given, and make a rod of it."""
+
+import math
+from pathlib import Path
+
+from rodmodel._rod import Rod
+from rodmodel.calibration_file import Calibration, Domain, read_calibration
+from rodmodel.section import SectionLaw, TurnedLaw
+
+_SHIPPED = Path(__file__).parent / "calibrations"
+
+# Orientations and pitches that are equal but for the rounding of a change of units are equal [rad, m].
+_SAME = 1e-9
+
+
+class CalibrationNotFoundError(ValueError):
+    """No calibration for a layout: `argument` does not fit, `expected` says in words what there is."""
+
+    def __init__(self, argument: str, came: str, expected: str) -> None:
+        self.argument = argument
+        self.expected = expected
+        super().__init__(f"{argument}: got {came}, expected {expected}")
+
+
+def shipped_calibrations() -> list[Calibration]:
+    """Calibrations that come with the package."""
+    return [read_calibration(file) for file in sorted(_SHIPPED.glob("*.json"))]
+
+
+def load(layout: str, psi: float = 0.0, pitch: float = 3e-3, path: str | Path | None = None) -> Rod:
+    """Make the rod of a winding layout from its calibration.
+
+    A calibration at one ψ serves ψ ± 120°, which only renumbers the chambers, and for the double helix ψ +
+    180°, which is a shift by half a pitch: all multiples of 60° from it.
+
+    Parameters
+    ----------
+    layout : name of the winding layout, as in "double-helix".
+    psi : azimuth ψ of a crossing of the winding from the centre of chamber 1 [rad].
+    pitch : of the winding [m].
+    path : calibration file to take in place of those that ship.
+
+    Returns
+    -------
+    rod : ready to solve.
+
+    Raises
+    ------
+    ValueError
+        Where there is no such calibration; the message says what there is. Where the file at `path` cannot
+        be used.
+    """
+    if not math.isfinite(psi):
+        raise ValueError(f"psi: got {psi}, expected a finite angle [rad]")
+    if not (math.isfinite(pitch) and pitch > 0.0):
+        raise ValueError(f"pitch: got {pitch}, expected a positive length [m]")
+    known = shipped_calibrations() if path is None else [read_calibration(path)]
+    expected = "; ".join(map(_describe, known)) or "a path: no calibration ships with this installation"
+    of_layout = [c for c in known if c.layout.name == layout]
+    if not of_layout:
+        raise CalibrationNotFoundError("layout", repr(layout), expected)
+    of_pitch = [c for c in of_layout if abs(c.layout.pitch - pitch) < _SAME]
+    if not of_pitch:
+        raise CalibrationNotFoundError("pitch", f"{pitch} m", expected)
+    for calibration in of_pitch:
+        turns = _turns(calibration, psi)
+        if turns is not None:
+            return _rod(calibration, turns)
+    raise CalibrationNotFoundError("psi", f"{psi} rad", expected)
+
+
+def _rod(calibration: Calibration, turns: int) -> Rod:
+    law: SectionLaw = calibration.section_law
+    domain = calibration.domain
+    if turns:
+        law = TurnedLaw(law, turns)
+        # Chamber 1 + turns of the rod is chamber 1 of the calibration.
+        first, second, third = (domain.pressure_max[(chamber - turns) % 3] for chamber in range(3))
+        domain = Domain((first, second, third), domain.pressure_sum_max, domain.moment_max)
+    return Rod(law, calibration.actuator, domain, calibration.angle_error)
+
+
+def _turns(calibration: Calibration, psi: float) -> int | None:
+    """Turns by 120° that take the calibrated section to the orientation ψ; None where none does."""
+    period = math.pi if calibration.layout.name == "double-helix" else 2.0 * math.pi
+    for turns in range(3):
+        left = math.remainder(psi - calibration.layout.psi - turns * 2.0 * math.pi / 3.0, period)
+        if abs(left) < _SAME:
+            return turns
+    return None
+
+
+def _describe(calibration: Calibration) -> str:
+    layout = calibration.layout
+    step = 60 if layout.name == "double-helix" else 120
+    return (
+        f"{layout.name} with psi {math.degrees(layout.psi):g} deg or a multiple of {step} deg from it, "
+        f"pitch {1e3 * layout.pitch:g} mm"
+    )

@@ -1,0 +1,111 @@
+"""The shape of the body's axis: an arc of constant curvature, or a polynomial through nodes."""
+
+import abc
+from typing import final
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from rodmodel._nodes import DEGREE, TO_COEFFICIENTS, WEIGHTS
+from rodmodel._rotation import rotation_of, screw
+
+_ARC_SAMPLES = 17
+
+
+class Shape(eqx.Module):
+    """Position, frame and curvature along the body, and how to sum over it."""
+
+    length: eqx.AbstractVar[float]
+    """Of the body [m]."""
+
+    @abc.abstractmethod
+    def position(self, arc_length: Float[Array, ""]) -> Float[Array, "3"]:
+        """Position r(s) [m], world frame."""
+
+    @abc.abstractmethod
+    def rotation(self, arc_length: Float[Array, ""]) -> Float[Array, "3 3"]:
+        """Frame R(s), directors as columns, world frame."""
+
+    @abc.abstractmethod
+    def curvature(self, arc_length: Float[Array, ""]) -> Float[Array, "3"]:
+        """Curvature and twist u(s) [1/m], body frame."""
+
+    @abc.abstractmethod
+    def tangents(self) -> Float[Array, "n 3"]:
+        """Tangents along the body from base to end."""
+
+    @abc.abstractmethod
+    def curvatures(self) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
+        """Curvatures [1/m] and the weights [m] that integrate a function of them over the body."""
+
+
+@final
+class Arc(Shape):
+    """Constant curvature along the body."""
+
+    base_curvature: Float[Array, "3"]
+    length: float = eqx.field(static=True)
+
+    def position(self, arc_length: Float[Array, ""]) -> Float[Array, "3"]:
+        """Position r(s) [m], world frame."""
+        return screw(self.base_curvature, arc_length)[0]
+
+    def rotation(self, arc_length: Float[Array, ""]) -> Float[Array, "3 3"]:
+        """Frame R(s), directors as columns, world frame."""
+        return screw(self.base_curvature, arc_length)[1]
+
+    def curvature(self, arc_length: Float[Array, ""]) -> Float[Array, "3"]:
+        """Curvature and twist u(s) [1/m], body frame."""
+        del arc_length
+        return self.base_curvature
+
+    def tangents(self) -> Float[Array, "n 3"]:
+        """Tangents along the body from base to end."""
+        samples = jnp.asarray(np.linspace(0.0, self.length, _ARC_SAMPLES), self.base_curvature.dtype)
+        return jax.vmap(self.rotation)(samples)[:, :, 2]
+
+    def curvatures(self) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
+        """Curvatures [1/m] and the weights [m] that integrate a function of them over the body."""
+        weights = jnp.asarray([self.length], self.base_curvature.dtype)
+        return self.base_curvature[None], weights
+
+
+@final
+class Polynomial(Shape):
+    """Polynomials through the states at the Chebyshev points of the body."""
+
+    positions: Float[Array, "nodes 3"]
+    quaternions: Float[Array, "nodes 4"]
+    node_curvatures: Float[Array, "nodes 3"]
+    length: float = eqx.field(static=True)
+
+    def position(self, arc_length: Float[Array, ""]) -> Float[Array, "3"]:
+        """Position r(s) [m], world frame."""
+        return self._basis(arc_length) @ self.positions
+
+    def rotation(self, arc_length: Float[Array, ""]) -> Float[Array, "3 3"]:
+        """Frame R(s), directors as columns, world frame."""
+        return rotation_of(self._basis(arc_length) @ self.quaternions)
+
+    def curvature(self, arc_length: Float[Array, ""]) -> Float[Array, "3"]:
+        """Curvature and twist u(s) [1/m], body frame."""
+        return self._basis(arc_length) @ self.node_curvatures
+
+    def tangents(self) -> Float[Array, "n 3"]:
+        """Tangents along the body from base to end."""
+        return jax.vmap(rotation_of)(self.quaternions)[:, :, 2]
+
+    def curvatures(self) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
+        """Curvatures [1/m] and the weights [m] that integrate a function of them over the body."""
+        return self.node_curvatures, jnp.asarray(self.length * WEIGHTS, self.positions.dtype)
+
+    def _basis(self, arc_length: Float[Array, ""]) -> Float[Array, " nodes"]:
+        """Values at an arc length of the Lagrange polynomials of the nodes."""
+        x = 2.0 * arc_length / self.length - 1.0
+        chebyshev = [jnp.ones_like(x), x]
+        for _ in range(DEGREE - 1):
+            chebyshev.append(2.0 * x * chebyshev[-1] - chebyshev[-2])
+        return jnp.stack(chebyshev) @ jnp.asarray(TO_COEFFICIENTS, x.dtype)

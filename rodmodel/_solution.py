@@ -1,0 +1,97 @@
+"""What a solve returns: the pose, the shape, and how far to trust them."""
+
+from collections.abc import Callable
+from typing import final
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, ArrayLike, Bool, Float, Int
+
+from rodmodel._shape import Shape
+
+
+@final
+class Solution(eqx.Module):
+    """Equilibrium of the rod, in the world frame: base at the origin, +z along the rod at rest.
+
+    Where a pressure was negative or an input not finite, every number is NaN and both flags are false. Under
+    `jax.vmap` each of the attributes has a leading axis; call the methods under `jax.vmap` too.
+
+    Attributes
+    ----------
+    tip_position : centre of the cap's outer face [m].
+    tip_rotation : frame of the cap, directors as columns.
+    bending_angle : angle θ of the tip's tangent from +z, continued past 180° [rad].
+    bending_plane : azimuth γ in [0, 2π) [rad]; 0 where chamber 1 alone would bend the rod, 2π/3 for chamber
+        2. Zero for a straight rod.
+    chamber_volume : of each chamber, over the length of the body [m³].
+    converged : whether the full load was reached. Where not, all is at `stats["load_fraction"]` of it.
+    in_domain : whether the pressures, and the moment everywhere on the body, are those of the calibration.
+    error_estimate : 95th percentile of the error of the free-bending angle against the FEM, over held-out
+        states of the calibration [rad]; NaN outside its domain. It says nothing of what the FEM leaves out.
+    stats : `load_fraction` reached, `load_steps` tried and `ode_steps` of the last integration.
+    shape : of the body's axis, for the methods.
+    cap_length : [m].
+    """
+
+    tip_position: Float[Array, "3"]
+    tip_rotation: Float[Array, "3 3"]
+    bending_angle: Float[Array, ""]
+    bending_plane: Float[Array, ""]
+    chamber_volume: Float[Array, "3"]
+    converged: Bool[Array, ""]
+    in_domain: Bool[Array, ""]
+    error_estimate: Float[Array, ""]
+    stats: dict[str, Float[Array, ""] | Int[Array, ""]]
+    shape: Shape
+    cap_length: float = eqx.field(static=True)
+
+    def centreline(self, arc_length: ArrayLike) -> Float[Array, "*s 3"]:
+        """Position r(s) of the axis.
+
+        Parameters
+        ----------
+        arc_length : s [m], any shape, from 0 at the base to the cap's outer face; NaN comes back for others.
+
+        Returns
+        -------
+        position : [m], world frame.
+        """
+
+        def position(s: Float[Array, ""]) -> Float[Array, "3"]:
+            body = jnp.minimum(s, self.shape.length)
+            return self.shape.position(body) + (s - body) * self.shape.rotation(body)[:, 2]
+
+        return self._along(position, arc_length)
+
+    def frames(self, arc_length: ArrayLike) -> Float[Array, "*s 3 3"]:
+        """Frame R(s): the directors d₁, d₂, d₃ as columns, world frame. The cap has that of the body's end.
+
+        Parameters
+        ----------
+        arc_length : s [m], any shape, from 0 at the base to the cap's outer face; NaN comes back for others.
+        """
+        return self._along(lambda s: self.shape.rotation(jnp.minimum(s, self.shape.length)), arc_length)
+
+    def curvature(self, arc_length: ArrayLike) -> Float[Array, "*s 3"]:
+        """Curvature and twist u(s) [1/m], body frame; zero in the cap, which is rigid.
+
+        Parameters
+        ----------
+        arc_length : s [m], any shape, from 0 at the base to the cap's outer face; NaN comes back for others.
+        """
+
+        def curvature(s: Float[Array, ""]) -> Float[Array, "3"]:
+            u = self.shape.curvature(jnp.minimum(s, self.shape.length))
+            return jnp.where(s <= self.shape.length, u, jnp.zeros_like(u))
+
+        return self._along(curvature, arc_length)
+
+    def _along(self, quantity: Callable[[Float[Array, ""]], Array], arc_length: ArrayLike) -> Array:
+        """Evaluate at each arc length; NaN outside the rod."""
+        s = jnp.asarray(arc_length, self.tip_position.dtype)
+        values = jax.vmap(quantity)(s.ravel())
+        end = (self.shape.length + self.cap_length) * (1.0 + jnp.finfo(s.dtype).eps)
+        inside = ((s >= 0.0) & (s <= end)).reshape((-1,) + (1,) * (values.ndim - 1))
+        return jnp.where(inside, values, jnp.nan).reshape(s.shape + values.shape[1:])

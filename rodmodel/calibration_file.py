@@ -1,0 +1,177 @@
+"""The calibration file: what crosses from the FEM to the rod, as one JSON object.
+
+    {"schema": "rodmodel-calibration", "version": 1,
+     "layout": {"name", "psi_rad", "pitch_m"},
+     "actuator": {"body_length_m", "cap_length_m", "body_diameter_m",
+                  "mass_per_length_kg_per_m", "cap_mass_kg"},
+     "section_law": {"kind": "free-state-expansion", "pressure_scale_pa", "pressure_warp_pa" (number or null),
+                     "curvature_scale_per_m", "energy_scale_n", "rest_volume_m2", "mirror",
+                     "weights" (one matrix a layer), "biases" (one vector a layer)},
+     "domain": {"pressure_max_pa" (three), "pressure_sum_max_pa", "moment_max_nm"},
+     "error": {"free_bending_angle_rad": {"median", "p95", "worst"}, ...},
+     "provenance": {...}}
+
+`error` may hold further quantities and `provenance` is free; both come back as they were written.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from rodmodel._record import CalibrationFileError, Record
+from rodmodel.section import FreeStateExpansion
+
+SCHEMA = "rodmodel-calibration"
+VERSION = 1
+LAW_KIND = "free-state-expansion"
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Winding layout: its name, orientation ψ [rad] and pitch [m]."""
+
+    name: str
+    psi: float
+    pitch: float
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """Lengths [m], body diameter [m], mass of the body per length [kg/m] and mass of the cap [kg]."""
+
+    body_length: float
+    cap_length: float
+    body_diameter: float
+    mass_per_length: float
+    cap_mass: float
+
+
+@dataclass(frozen=True)
+class Domain:
+    """Loads inside which the law was calibrated.
+
+    Each chamber's pressure [Pa], the sum of the three [Pa], and the norm of the moment on a section [N m].
+    """
+
+    pressure_max: tuple[float, float, float]
+    pressure_sum_max: float
+    moment_max: float
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """All that a calibration file holds."""
+
+    layout: Layout
+    actuator: Actuator
+    section_law: FreeStateExpansion
+    domain: Domain
+    error: Mapping[str, Any]
+    provenance: Mapping[str, Any]
+
+    @property
+    def angle_error(self) -> float:
+        """95th percentile of the error of the free-bending angle on held-out states [rad]."""
+        return float(self.error["free_bending_angle_rad"]["p95"])
+
+
+def read_calibration(path: str | Path) -> Calibration:
+    """Read and validate a calibration file.
+
+    Raises
+    ------
+    CalibrationFileError
+        A `ValueError` of one line that names the file, the key, what came and what is expected.
+    """
+    record = Record.from_file(Path(path))
+    record.take("schema", f'"{SCHEMA}"', lambda value: value == SCHEMA)
+    record.take("version", f"version {VERSION}", lambda value: value == VERSION)
+    layout = record.record("layout")
+    actuator = record.record("actuator")
+    domain = record.record("domain")
+    error = record.record("error")
+    angle = error.record("free_bending_angle_rad")
+    for figure in ("median", "p95", "worst"):
+        angle.not_negative(figure)
+    return Calibration(
+        layout=Layout(layout.text("name"), layout.number("psi_rad"), layout.positive("pitch_m")),
+        actuator=Actuator(
+            body_length=actuator.positive("body_length_m"),
+            cap_length=actuator.not_negative("cap_length_m"),
+            body_diameter=actuator.positive("body_diameter_m"),
+            mass_per_length=actuator.not_negative("mass_per_length_kg_per_m"),
+            cap_mass=actuator.not_negative("cap_mass_kg"),
+        ),
+        section_law=_read_law(record.record("section_law")),
+        domain=Domain(
+            pressure_max=domain.three_positive("pressure_max_pa"),
+            pressure_sum_max=domain.positive("pressure_sum_max_pa"),
+            moment_max=domain.not_negative("moment_max_nm"),
+        ),
+        error=error.content,
+        provenance=record.record("provenance").content,
+    )
+
+
+def save_calibration(calibration: Calibration, path: str | Path) -> None:
+    """Write a calibration file; a NaN or an infinity in it raises `ValueError` and writes nothing."""
+    law = calibration.section_law
+    content = {
+        "schema": SCHEMA,
+        "version": VERSION,
+        "layout": {
+            "name": calibration.layout.name,
+            "psi_rad": calibration.layout.psi,
+            "pitch_m": calibration.layout.pitch,
+        },
+        "actuator": {
+            "body_length_m": calibration.actuator.body_length,
+            "cap_length_m": calibration.actuator.cap_length,
+            "body_diameter_m": calibration.actuator.body_diameter,
+            "mass_per_length_kg_per_m": calibration.actuator.mass_per_length,
+            "cap_mass_kg": calibration.actuator.cap_mass,
+        },
+        "section_law": {
+            "kind": LAW_KIND,
+            "pressure_scale_pa": law.pressure_scale,
+            "pressure_warp_pa": law.pressure_warp,
+            "curvature_scale_per_m": law.curvature_scale,
+            "energy_scale_n": law.energy_scale,
+            "rest_volume_m2": law.rest_volume,
+            "mirror": law.mirror,
+            "weights": [np.asarray(weight).tolist() for weight in law.weights],
+            "biases": [np.asarray(bias).tolist() for bias in law.biases],
+        },
+        "domain": {
+            "pressure_max_pa": list(calibration.domain.pressure_max),
+            "pressure_sum_max_pa": calibration.domain.pressure_sum_max,
+            "moment_max_nm": calibration.domain.moment_max,
+        },
+        "error": dict(calibration.error),
+        "provenance": dict(calibration.provenance),
+    }
+    Path(path).write_text(json.dumps(content, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def _read_law(record: Record) -> FreeStateExpansion:
+    record.take("kind", f'"{LAW_KIND}"', lambda value: value == LAW_KIND)
+    try:
+        return FreeStateExpansion(
+            weights=tuple(jnp.asarray(weight) for weight in record.arrays("weights", rank=2)),
+            biases=tuple(jnp.asarray(bias) for bias in record.arrays("biases", rank=1)),
+            pressure_scale=record.positive("pressure_scale_pa"),
+            pressure_warp=record.positive_or_none("pressure_warp_pa"),
+            curvature_scale=record.positive("curvature_scale_per_m"),
+            energy_scale=record.positive("energy_scale_n"),
+            rest_volume=record.positive("rest_volume_m2"),
+            mirror=record.flag("mirror"),
+        )
+    except CalibrationFileError:
+        raise
+    except ValueError as error:
+        raise CalibrationFileError(f"{record.file}: {record.place}: {error}") from error

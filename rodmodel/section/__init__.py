@@ -1,0 +1,8 @@
+"""Section laws: potential of curvature and pressure, per length of a uniform section."""
+
+from rodmodel.section._free_state_expansion import FreeStateExpansion
+from rodmodel.section._law import CurvatureLaw, SectionLaw
+from rodmodel.section._quartic import QuarticLaw
+from rodmodel.section._turned import TurnedLaw
+
+__all__ = ["CurvatureLaw", "FreeStateExpansion", "QuarticLaw", "SectionLaw", "TurnedLaw"]

@@ -1,0 +1,118 @@
+"""What every section law offers: a potential of curvature and pressure, and its derivatives."""
+
+import abc
+
+import equinox as eqx
+import jax
+from jaxtyping import Array, Float
+
+
+class CurvatureLaw(eqx.Module):
+    """Section potential at one fixed pressure: a function of the curvature alone.
+
+    The pressures are the same all along a rod, so a rod contracts its [`SectionLaw`][] once, by
+    [`SectionLaw.at`][], and integrates what is left. `energy`, `moment` and `stiffness` take one curvature;
+    `jax.vmap` them over many.
+    """
+
+    free_curvature: eqx.AbstractVar[Float[Array, "3"]]
+    """Curvature û at which the moment vanishes [1/m], body frame."""
+
+    @abc.abstractmethod
+    def energy(self, curvature: Float[Array, "3"]) -> Float[Array, ""]:
+        """Potential Π per length [J/m], zero at rest without pressure."""
+
+    @abc.abstractmethod
+    def moment(self, curvature: Float[Array, "3"]) -> Float[Array, "3"]:
+        """Moment ∂Π/∂u [N m], body frame."""
+
+    @abc.abstractmethod
+    def stiffness(self, curvature: Float[Array, "3"]) -> Float[Array, "3 3"]:
+        """Tangent stiffness ∂²Π/∂u² [N m²], body frame, symmetric."""
+
+
+class SectionLaw(eqx.Module):
+    """Potential Π(u, p) per length of a uniform section, of which moment and chamber volume are the slopes.
+
+    With u the curvature and twist in the body frame, p the gauge pressures of the three chambers,
+
+        ∂Π/∂u = m,    ∂Π/∂p = −V,    Π(0, 0) = 0,    û(0) = 0,
+
+    m the internal moment with the pressure on the section included, and V the chamber volumes per length.
+    As both derive from one potential, stiffness is symmetric and a cycle of pressure and bending loses no
+    work.
+    """
+
+    @abc.abstractmethod
+    def at(self, pressure: Float[Array, "3"]) -> CurvatureLaw:
+        """Contract the law to a function of the curvature.
+
+        Parameters
+        ----------
+        pressure : gauge pressure of each chamber [Pa].
+        """
+
+    def potential(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, ""]:
+        """Potential Π per length [J/m].
+
+        Parameters
+        ----------
+        curvature : [1/m], body frame.
+        pressure : gauge pressure of each chamber [Pa].
+        """
+        return self.at(pressure).energy(curvature)
+
+    def moment(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, "3"]:
+        """Internal moment ∂Π/∂u.
+
+        Parameters
+        ----------
+        curvature : [1/m], body frame.
+        pressure : gauge pressure of each chamber [Pa].
+
+        Returns
+        -------
+        moment : [N m], body frame; pressure on the section included.
+        """
+        return self.at(pressure).moment(curvature)
+
+    def stiffness(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, "3 3"]:
+        """Tangent stiffness ∂²Π/∂u² at constant pressure.
+
+        Parameters
+        ----------
+        curvature : [1/m], body frame.
+        pressure : gauge pressure of each chamber [Pa].
+
+        Returns
+        -------
+        stiffness : [N m²], body frame, symmetric.
+        """
+        return self.at(pressure).stiffness(curvature)
+
+    def volume(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, "3"]:
+        """Chamber volumes per length, −∂Π/∂p.
+
+        Parameters
+        ----------
+        curvature : [1/m], body frame.
+        pressure : gauge pressure of each chamber [Pa].
+
+        Returns
+        -------
+        volume : of each chamber, per length of the axis [m²].
+        """
+        return -jax.grad(self.potential, argnums=1)(curvature, pressure)
+
+    def free_curvature(self, pressure: Float[Array, "3"]) -> Float[Array, "3"]:
+        """Curvature û(p) at which the moment vanishes.
+
+        Parameters
+        ----------
+        pressure : gauge pressure of each chamber [Pa].
+
+        Returns
+        -------
+        curvature : [1/m], body frame.
+        """
+        return self.at(pressure).free_curvature

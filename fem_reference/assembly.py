@@ -1,0 +1,85 @@
+"""Assembly of batched local matrices into the upper triangle of a symmetric sparse matrix, with a cached pattern."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sparse
+from jaxtyping import Float, Int
+
+
+class SparsePattern:
+    """Upper triangle of a symmetric matrix as the union of local dense blocks and single entries.
+
+    Parameters
+    ----------
+    size : number of unknowns.
+    groups : degrees of freedom of each group's local matrices, (blocks, local size).
+    entries : rows and columns of further entries.
+    """
+
+    def __init__(
+        self,
+        size: int,
+        groups: list[Int[np.ndarray, "blocks local"]],
+        entries: tuple[Int[np.ndarray, " n"], Int[np.ndarray, " n"]],
+    ) -> None:
+        self.size = size
+        self._local_keys = []
+        self._chosen = []
+        for dofs in groups:
+            local = dofs.shape[1]
+            rows = np.repeat(dofs, local, axis=1).ravel()
+            columns = np.tile(dofs, (1, local)).ravel()
+            chosen = np.flatnonzero(rows <= columns)
+            self._chosen.append(chosen)
+            self._local_keys.append(rows[chosen] * np.int64(size) + columns[chosen])
+        rows, columns = entries
+        diagonal = np.arange(size, dtype=np.int64) * (size + 1)
+        fixed = np.minimum(rows, columns) * np.int64(size) + np.maximum(rows, columns)
+        self._set(np.unique(np.concatenate([*self._local_keys, fixed, diagonal])))
+
+    def _set(self, keys: Int[np.ndarray, " nonzeros"]) -> None:
+        self._keys = keys
+        self._positions = [np.searchsorted(keys, k) for k in self._local_keys]
+        rows = keys // self.size
+        self.indices = (keys % self.size).astype(np.int32)
+        self.indptr = np.searchsorted(rows, np.arange(self.size + 1)).astype(np.int32)
+
+    @property
+    def diagonal(self) -> Int[np.ndarray, " size"]:
+        """Where the diagonal's entries stand in the matrix's data."""
+        return self.indptr[:-1]
+
+    def __len__(self) -> int:
+        return len(self._keys)
+
+    def extend(self, rows: Int[np.ndarray, " n"], columns: Int[np.ndarray, " n"]) -> bool:
+        """Add entries of the upper triangle that the pattern lacks; tell whether there were any."""
+        wanted = np.unique(rows * np.int64(self.size) + columns)
+        at = np.minimum(np.searchsorted(self._keys, wanted), len(self._keys) - 1)
+        missing = wanted[self._keys[at] != wanted]
+        if missing.size:
+            self._set(np.union1d(self._keys, missing))
+        return bool(missing.size)
+
+    def add_group(
+        self, data: Float[np.ndarray, " nonzeros"], group: int, local: Float[np.ndarray, "blocks n n"]
+    ) -> None:
+        """Add a group's local matrices to the matrix's data."""
+        values = local.reshape(-1)[self._chosen[group]]
+        data += np.bincount(self._positions[group], weights=values, minlength=len(data))
+
+    def add_entries(
+        self,
+        data: Float[np.ndarray, " nonzeros"],
+        rows: Int[np.ndarray, " n"],
+        columns: Int[np.ndarray, " n"],
+        values: Float[np.ndarray, " n"],
+    ) -> None:
+        """Add single entries of the upper triangle, all of them in the pattern."""
+        at = np.searchsorted(self._keys, rows * np.int64(self.size) + columns)
+        data += np.bincount(at, weights=values, minlength=len(data))
+
+    def matrix(self, data: Float[np.ndarray, " nonzeros"]) -> sparse.csr_matrix:
+        """The upper triangle as CSR, sharing ``data``."""
+        return sparse.csr_matrix((data, self.indices, self.indptr), shape=(self.size, self.size))

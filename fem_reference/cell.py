@@ -1,0 +1,266 @@
+"""The period cell: one winding period of the actuator under pressure, bent freely or to a given curvature.
+
+This is the package's SI face: millimetres, megapascals and newtons stay inside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+
+from fem_reference.cell_equations import CellEquations, Configuration
+from fem_reference.condensation import condense
+from fem_reference.geometry import ActuatorGeometry, as_vector
+from fem_reference.linear_solver import SymmetricSolver, default_solver
+from fem_reference.material import Ogden
+from fem_reference.mesh import mesh_level
+from fem_reference.newton import Equilibrium, Target
+from fem_reference.path import PathFailure, PathFollower
+from fem_reference.winding import DoubleHelix, Thread, Winding
+
+_MM = 1e3
+_MPA = 1e6
+_MAX_PRESSURE = 0.2e6
+
+
+@dataclass(frozen=True)
+class Load:
+    """Load of the cell: pressures with either an external moment or an imposed curvature.
+
+    Parameters
+    ----------
+    pressure : gauge pressure of each chamber, not negative [Pa].
+    moment : external moment in the body frame [N m]; zero (free bending) by default.
+    curvature : imposed curvature and twist u in the body frame [1/m], instead of a moment.
+
+    Raises
+    ------
+    ValueError
+        For anything but three finite numbers each, a negative pressure, or both a moment and a curvature.
+    """
+
+    pressure: tuple[float, float, float]
+    moment: tuple[float, float, float] | None = None
+    curvature: tuple[float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        pressure = as_vector("pressure", self.pressure, "Pa")
+        if pressure.min() < 0.0 or pressure.max() > _MAX_PRESSURE:
+            raise ValueError(
+                f"pressure: got {self.pressure!r} Pa, expected each between 0 and {_MAX_PRESSURE:g} Pa"
+            )
+        if self.moment is not None and self.curvature is not None:
+            raise ValueError("moment and curvature: got both, expected at most one of them")
+        for name, unit in (("moment", "N m"), ("curvature", "1/m")):
+            if getattr(self, name) is not None:
+                as_vector(name, getattr(self, name), unit)
+
+    def _target(self) -> Target:
+        pressure = np.asarray(self.pressure, float) / _MPA
+        if self.curvature is not None:
+            return Target(pressure, curvature=np.asarray(self.curvature, float) / _MM)
+        moment = np.zeros(3) if self.moment is None else np.asarray(self.moment, float) * _MM
+        return Target(pressure, moment=moment)
+
+
+@dataclass(frozen=True)
+class CellState:
+    """Equilibrium of the cell, with the section potential Π's derivatives. SI units.
+
+    Parameters
+    ----------
+    load : what the cell was asked for.
+    pressure : of the chambers [Pa].
+    curvature : u, body frame [1/m]; moment : ∂Π/∂u, body frame [N m].
+    energy : Π(u, p) − Π(0, 0) [J/m].
+    volume : of each chamber per length, −∂Π/∂p [m²].
+    hessian : ∂²Π in (u, p), 6 by 6, symmetric.
+    iterations : Newton iterations spent since the state before.
+    residual : largest nodal force left [N].
+    stable : whether the cell is at a minimum of its energy under this load; None where it is not known.
+    converged : always true: a failure raises `CellError`.
+    configuration : nodal unknowns, to start from or to draw.
+    """
+
+    load: Load
+    pressure: Float[np.ndarray, "3"]
+    curvature: Float[np.ndarray, "3"]
+    moment: Float[np.ndarray, "3"]
+    energy: float
+    volume: Float[np.ndarray, "3"]
+    hessian: Float[np.ndarray, "6 6"]
+    iterations: int
+    residual: float
+    stable: bool | None
+    configuration: Configuration = field(repr=False)
+    converged: bool = True
+
+
+class CellError(ArithmeticError):
+    """The cell's solver did not get to the load.
+
+    Parameters
+    ----------
+    message : why.
+    last_good : last converged state on the way, or None.
+    """
+
+    def __init__(self, message: str, last_good: CellState | None) -> None:
+        super().__init__(message)
+        self.last_good = last_good
+
+    @property
+    def reached(self) -> Load | None:
+        """Load of the last converged state."""
+        return None if self.last_good is None else self.last_good.load
+
+
+class PeriodCell:
+    """One period of a wound actuator, helically periodic (the helical Cauchy–Born rule).
+
+    Parameters
+    ----------
+    geometry, material, winding, thread : the actuator; by default the paper's.
+    level : mesh level, ``coarse``, ``medium`` or ``paper``.
+    solver : linear solver; by default MKL PARDISO where it is installed.
+
+    Raises
+    ------
+    ValueError
+        For an unknown mesh level.
+    """
+
+    def __init__(
+        self,
+        geometry: ActuatorGeometry | None = None,
+        winding: Winding | None = None,
+        level: str = "coarse",
+        material: Ogden | None = None,
+        thread: Thread | None = None,
+        solver: SymmetricSolver | None = None,
+    ) -> None:
+        self.geometry = geometry or ActuatorGeometry()
+        self.winding = winding or DoubleHelix()
+        self.level = level
+        self.material = material or Ogden()
+        self.thread = thread or Thread()
+        self.equations = CellEquations(
+            self.geometry, self.material, self.winding, self.thread, mesh_level(level)
+        )
+        self._solver = solver or default_solver()
+        self._rest: Equilibrium | None = None
+        self._rest_energy = 0.0
+
+    @property
+    def elements(self) -> int:
+        """Number of hexahedra."""
+        return len(self.equations.solid)
+
+    @property
+    def unknowns(self) -> int:
+        """Number of unknowns of the linear system."""
+        return self.equations.size
+
+    def solve(self, load: Load, start: CellState | None = None) -> CellState:
+        """Equilibrium under ``load``, reached by continuation from rest or from ``start``.
+
+        Raises
+        ------
+        CellError
+            When the load is not reached; it carries the last good state.
+        """
+        return next(iter(follow(self, [load], start)))
+
+    def _follower(self) -> PathFollower:
+        follower = PathFollower(self.equations, self._solver)
+        if self._rest is None:
+            follower.start(Target(np.zeros(3), moment=np.zeros(3)), self.equations.rest())
+            self._rest = follower.equilibrium
+            self._rest_energy = self.equations.energy(self._rest.configuration)
+        else:
+            follower.equilibrium, follower.target = self._rest, Target(np.zeros(3), moment=np.zeros(3))
+        return follower
+
+    def _state(self, load: Load, found: Equilibrium, target: Target, iterations: int) -> CellState:
+        equations = self.equations
+        period = equations.period
+        section = condense(equations, self._solver, found)
+        volume = found.linear.volume / period
+        energy = (equations.energy(found.configuration) - self._rest_energy) / period - float(
+            target.pressure @ volume
+        )
+        # Π per length is in N mm/mm = N; u in 1/mm, p in MPa, so that m is in N mm and V in mm².
+        scale = np.array([1.0 / _MM] * 3 + [1.0 / _MPA] * 3)
+        stable = None
+        if found.excess_negative is not None:
+            held = target.curvature is not None
+            stable = found.excess_negative == 0 and (
+                held or bool(np.linalg.eigvalsh(section.hessian[:3, :3]).min() > 0.0)
+            )
+        return CellState(
+            load=load,
+            pressure=np.asarray(target.pressure) * _MPA,
+            curvature=found.configuration.curvature * _MM,
+            moment=section.moment / _MM,
+            energy=energy,
+            volume=volume / _MM**2,
+            hessian=section.hessian * np.outer(scale, scale),
+            iterations=iterations,
+            residual=found.residual,
+            stable=stable,
+            configuration=found.configuration,
+        )
+
+
+def follow(cell: PeriodCell, loads: Iterable[Load], start: CellState | None = None) -> Iterator[CellState]:
+    """Follow a path of loads by continuation and yield the state at each.
+
+    Between loads of different kind (moment, then imposed curvature, or back) the path changes over at the present
+    state, whose moment and curvature belong together.
+
+    Raises
+    ------
+    CellError
+        When a load is not reached; the states before have been yielded.
+    """
+    state = start
+    follower: PathFollower | None = None
+    try:
+        follower = cell._follower()
+        if start is not None:
+            follower.start(start.load._target(), start.configuration)
+        for load in loads:
+            before = follower.iterations
+            goal = load._target()
+            _change_over(cell, follower, goal)
+            found = follower.follow(goal)
+            state = cell._state(load, found, goal, follower.iterations - before)
+            yield state
+    except PathFailure as error:
+        reached = state
+        if error.last is not None and error.target is not None:
+            follower.start(error.target, error.last.configuration)
+            reached = cell._state(_load_of(error.target), follower.equilibrium, error.target, 0)
+        raise CellError(f"the cell did not converge: {error}", reached) from error
+
+
+def _change_over(cell: PeriodCell, follower: PathFollower, goal: Target) -> None:
+    """Restate the present equilibrium in the goal's terms: by its curvature, or by its moment."""
+    here = follower.target
+    if (goal.curvature is None) == (here.curvature is None):
+        return
+    at = follower.equilibrium
+    if goal.curvature is not None:
+        follower.target = Target(here.pressure, curvature=at.configuration.curvature)
+    else:
+        follower.target = Target(here.pressure, moment=at.linear.curvature_residual / cell.equations.period)
+
+
+def _load_of(target: Target) -> Load:
+    pressure = tuple(float(p) for p in target.pressure * _MPA)
+    if target.curvature is not None:
+        return Load(pressure, curvature=tuple(float(u) for u in target.curvature * _MM))
+    return Load(pressure, moment=tuple(float(m) for m in target.moment / _MM))

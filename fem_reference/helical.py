@@ -1,0 +1,148 @@
+"""Helical periodicity: the top face of the cell is the image of its bottom face under g = exp(pitch·(e3, u)).
+
+Positions of all nodes follow from those of the independent ones (all but the top face's) and from u. This file maps
+forces and tangents over all nodes back to the independent nodes and u. Lengths mm.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sparse
+import skfem
+from jaxtyping import Float, Int
+
+from fem_reference.mesh import BOTTOM, TOP
+from fem_reference.screw import ScrewSeries
+
+
+class HelicalMap:
+    """Which node is whose image.
+
+    Parameters
+    ----------
+    mesh : one period of the body [mm], the nodes of its top face straight above those of its bottom face.
+    """
+
+    def __init__(self, mesh: skfem.MeshHex) -> None:
+        points = mesh.p.T
+        self.period = float(points[:, 2].max())
+        bottom = np.unique(mesh.facets[:, mesh.boundaries[BOTTOM]])
+        top = np.unique(mesh.facets[:, mesh.boundaries[TOP]])
+        bottom = bottom[np.lexsort(np.round(points[bottom, :2], 9).T)]
+        top = top[np.lexsort(np.round(points[top, :2], 9).T)]
+        mismatch = float(np.abs(points[bottom, :2] - points[top, :2]).max())
+        if mismatch > 1e-9:
+            raise ValueError(
+                f"mesh: top and bottom faces differ by {mismatch:g} mm; expected an extruded mesh"
+            )
+        self.is_image = np.zeros(len(points), dtype=bool)
+        self.is_image[top] = True
+        self.independent = np.flatnonzero(~self.is_image)
+        self.count = len(self.independent)
+        #: Number, among the independent nodes, of every node or of the node that it is the image of.
+        self.base = np.full(len(points), -1)
+        self.base[self.independent] = np.arange(self.count)
+        self.base[top] = self.base[bottom]
+        self.images = top
+        self.sources = self.base[top]
+
+    def reduced_dofs(self, connectivity: Int[np.ndarray, "blocks nodes"]) -> Int[np.ndarray, "blocks dofs"]:
+        """Degrees of freedom of the independent nodes behind each node of ``connectivity``."""
+        base = self.base[connectivity]
+        return (3 * base[:, :, None] + np.arange(3)).reshape(len(base), -1)
+
+
+class HelicalFrame:
+    """The map at one u: positions, and the pull-back of forces and tangents.
+
+    Parameters
+    ----------
+    helical : the pairs of nodes.
+    positions : of the independent nodes [mm].
+    series : of the rod's rigid motion at u.
+    """
+
+    def __init__(
+        self, helical: HelicalMap, positions: Float[np.ndarray, "free 3"], series: ScrewSeries
+    ) -> None:
+        self._map = helical
+        motion, first, second = series.at(helical.period)
+        self.rotation = motion[:3, :3]
+        source = positions[helical.sources]
+        self.positions = positions[helical.base]
+        self.positions[helical.images] = source @ self.rotation.T + motion[:3, 3]
+        self._first_rotation = first[:, :3, :3]
+        self._second = np.einsum("uvij,nj->niuv", second[:, :, :3, :3], source) + second[
+            :, :, :3, 3
+        ].transpose(2, 0, 1)
+        #: ∂x/∂u of every node, (node, 3, u); zero for the independent ones.
+        self.curvature_motion = np.zeros((len(helical.base), 3, 3))
+        self.curvature_motion[helical.images] = (
+            np.einsum("uij,nj->niu", self._first_rotation, source) + first[:, :3, 3].T
+        )
+
+    def motion(self, step: Float[np.ndarray, "free 3"], curvature_step: Float[np.ndarray, "3"]) -> np.ndarray:
+        """Linearised displacement of all nodes under a step of the independent ones and of u."""
+        moved = step[self._map.base]
+        moved[self._map.images] = step[self._map.sources] @ self.rotation.T
+        return moved + self.curvature_motion @ curvature_step
+
+    def pull_force(
+        self, force: Float[np.ndarray, "nodes 3"]
+    ) -> tuple[Float[np.ndarray, "free 3"], Float[np.ndarray, "3"]]:
+        """Forces conjugate to the independent nodes and to u."""
+        free = force[self._map.independent].copy()
+        np.add.at(free, self._map.sources, force[self._map.images] @ self.rotation)
+        return free, np.einsum("ni,niu->u", force, self.curvature_motion)
+
+    def pull_columns(
+        self, columns: Float[np.ndarray, "nodes 3 m"]
+    ) -> tuple[Float[np.ndarray, "free 3 m"], Float[np.ndarray, "3 m"]]:
+        """`pull_force` for several columns."""
+        free = columns[self._map.independent].copy()
+        np.add.at(free, self._map.sources, np.swapaxes(self.rotation[None], 1, 2) @ columns[self._map.images])
+        return free, np.einsum("niu,nim->um", self.curvature_motion, columns)
+
+    def geometric(
+        self, force: Float[np.ndarray, "nodes 3"]
+    ) -> tuple[Float[np.ndarray, "free 3 3"], Float[np.ndarray, "3 3"]]:
+        """Second derivatives of the map contracted with the force: (node, u) and (u, u) blocks."""
+        image = force[self._map.images]
+        mixed = np.zeros((self._map.count, 3, 3))
+        np.add.at(mixed, self._map.sources, np.einsum("ni,uij->nju", image, self._first_rotation))
+        return mixed, np.einsum("ni,niuv->uv", image, self._second)
+
+    def rotate_blocks(self, connectivity: Int[np.ndarray, "blocks nodes"], blocks: np.ndarray) -> np.ndarray:
+        """Local matrices over all nodes, turned into matrices over the independent nodes."""
+        is_image = self._map.is_image[connectivity]
+        touched = np.flatnonzero(is_image.any(axis=1))
+        if touched.size == 0:
+            return blocks
+        count, nodes = connectivity[touched].shape
+        turn = np.where(is_image[touched][:, :, None, None], self.rotation.T, np.eye(3))
+        part = (turn @ blocks[touched].reshape(count, nodes, 3, 3 * nodes)).reshape(
+            count, 3 * nodes, 3 * nodes
+        )
+        part = np.ascontiguousarray(np.swapaxes(part, 1, 2)).reshape(count, nodes, 3, 3 * nodes)
+        blocks[touched] = np.swapaxes((turn @ part).reshape(count, 3 * nodes, 3 * nodes), 1, 2)
+        return blocks
+
+    def block_columns(self, connectivity: Int[np.ndarray, "blocks nodes"], blocks: np.ndarray) -> np.ndarray:
+        """Σ_blocks K ∂x/∂u over all nodes, (node, 3, u)."""
+        touched = np.flatnonzero(self._map.is_image[connectivity].any(axis=1))
+        columns = np.zeros((len(self._map.base), 3, 3))
+        if touched.size:
+            nodes = connectivity[touched]
+            local = self.curvature_motion[nodes].reshape(len(touched), -1, 3)
+            np.add.at(columns, nodes, (blocks[touched] @ local).reshape(*nodes.shape, 3, 3))
+        return columns
+
+    def transformation(self) -> sparse.csr_matrix:
+        """∂(all positions)/∂(independent positions) as a sparse matrix."""
+        nodes = np.arange(len(self._map.base))
+        turn = np.where(self._map.is_image[:, None, None], self.rotation, np.eye(3))
+        rows = np.broadcast_to(3 * nodes[:, None, None] + np.arange(3)[:, None], turn.shape)
+        columns = np.broadcast_to(3 * self._map.base[:, None, None] + np.arange(3), turn.shape)
+        return sparse.csr_matrix(
+            (turn.ravel(), (rows.ravel(), columns.ravel())), shape=(3 * len(nodes), 3 * self._map.count)
+        )

@@ -1,0 +1,112 @@
+"""Symmetric indefinite LDLᵀ factorisation behind one small interface.
+
+MKL PARDISO (through `pypardiso`) is the default. Where MKL is not to be had, SciPy's SuperLU takes over, with a message:
+it is many times slower.
+"""
+
+from __future__ import annotations
+
+import logging
+import weakref
+from typing import Protocol
+
+import numpy as np
+import scipy.sparse as sparse
+from jaxtyping import Float
+from scipy.sparse.linalg import splu
+
+_LOG = logging.getLogger(__name__)
+
+
+class SingularMatrixError(ArithmeticError):
+    """The factorisation met a zero pivot or left values that are not finite."""
+
+
+class SymmetricSolver(Protocol):
+    """Factorise once, solve often. The matrix comes as the upper triangle in CSR."""
+
+    def factorise(self, upper: sparse.csr_matrix, new_pattern: bool) -> int | None:
+        """Factorise; return the number of negative pivots, or None where the solver does not tell."""
+        ...
+
+    def solve(self, right: Float[np.ndarray, "n columns"]) -> Float[np.ndarray, "n columns"]:
+        """Solve for every column."""
+        ...
+
+
+class PardisoSolver:
+    """MKL PARDISO, matrix type −2 (real symmetric indefinite), with inertia."""
+
+    def __init__(self) -> None:
+        import pypardiso
+
+        self._error = pypardiso.pardiso_wrapper.PyPardisoError
+        self._pardiso = pypardiso.PyPardisoSolver(mtype=-2)
+        for index, value in (
+            (1, 1),
+            (2, 2),
+            (8, 2),
+            (10, 8),
+            (11, 0),
+            (13, 0),
+            (18, 0),
+            (21, 1),
+            (24, 0),
+            (27, 0),
+        ):
+            self._pardiso.set_iparm(index, value)
+        self._upper: sparse.csr_matrix | None = None
+        # MKL holds the factors outside Python's sight.
+        weakref.finalize(self, self._pardiso.free_memory, everything=True).atexit = False
+
+    def factorise(self, upper: sparse.csr_matrix, new_pattern: bool) -> int:
+        """See `SymmetricSolver.factorise`."""
+        if new_pattern and self._upper is not None:
+            self._pardiso.free_memory()
+        self._pardiso.set_phase(12 if new_pattern or self._upper is None else 22)
+        self._upper = upper
+        try:
+            self._pardiso._call_pardiso(upper, np.zeros((upper.shape[0], 1), order="F"))
+        except self._error as error:
+            raise SingularMatrixError(str(error)) from error
+        return int(self._pardiso.get_iparm(23))
+
+    def solve(self, right: Float[np.ndarray, "n columns"]) -> Float[np.ndarray, "n columns"]:
+        """See `SymmetricSolver.solve`."""
+        if self._upper is None:
+            raise RuntimeError("solve: called before factorise; expected a factorised matrix")
+        self._pardiso.set_phase(33)
+        solution = self._pardiso._call_pardiso(self._upper, np.asfortranarray(right))
+        if not np.all(np.isfinite(solution)):
+            raise SingularMatrixError("the solution of the linear system is not finite")
+        return solution
+
+
+class SuperLuSolver:
+    """SciPy's SuperLU with a symmetric ordering, for machines without MKL."""
+
+    def __init__(self) -> None:
+        self._factor = None
+
+    def factorise(self, upper: sparse.csr_matrix, new_pattern: bool) -> None:
+        """See `SymmetricSolver.factorise`; the inertia is not available."""
+        full = (upper + sparse.triu(upper, 1).T).tocsc()
+        try:
+            self._factor = splu(full, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+        except RuntimeError as error:
+            raise SingularMatrixError(str(error)) from error
+
+    def solve(self, right: Float[np.ndarray, "n columns"]) -> Float[np.ndarray, "n columns"]:
+        """See `SymmetricSolver.solve`."""
+        if self._factor is None:
+            raise RuntimeError("solve: called before factorise; expected a factorised matrix")
+        return self._factor.solve(np.ascontiguousarray(right))
+
+
+def default_solver() -> SymmetricSolver:
+    """PARDISO where MKL is installed, else SuperLU with a warning in the log."""
+    try:
+        return PardisoSolver()
+    except ImportError as error:
+        _LOG.warning("MKL PARDISO is not available (%s); SuperLU takes over and is many times slower", error)
+        return SuperLuSolver()

@@ -1,0 +1,145 @@
+"""Isochoric Ogden hyperelasticity in principal stretches: energy, stress and tangent, batched.
+
+Everything is exact for equal stretches too: the ratios of differences are written with sinh(x)/x. Stresses are in
+the unit of the moduli (MPa inside the FEM).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+
+@dataclass(frozen=True)
+class Ogden:
+    """Nearly incompressible Ogden solid in the form used by the paper (and Abaqus).
+
+    W = Σ_i 2 μ_i/α_i² (λ̄1^α_i + λ̄2^α_i + λ̄3^α_i − 3) + κ/2 (J − 1)², with λ̄ = J^(−1/3) λ, so that the initial
+    shear modulus is Σ μ_i. One term with α = 2 is the neo-Hookean solid.
+
+    Parameters
+    ----------
+    shear_moduli : μ_i [Pa].
+    exponents : α_i.
+    bulk_modulus : κ [Pa]. The default is 1000 times the initial shear modulus of the paper's silicone.
+
+    References
+    ----------
+    Ogden (1972), Proc. R. Soc. A 326; the paper's Table II for the values.
+    """
+
+    shear_moduli: tuple[float, ...] = (0.00681e6, -0.2881e6, 0.38165e6)
+    exponents: tuple[float, ...] = (9.33, 3.376, 2.487)
+    bulk_modulus: float = 100e6
+
+    def __post_init__(self) -> None:
+        if len(self.shear_moduli) != len(self.exponents) or not self.exponents:
+            raise ValueError(
+                f"shear_moduli and exponents: got {len(self.shear_moduli)} and {len(self.exponents)} values, "
+                "expected as many of one as of the other, at least one"
+            )
+        if any(a == 0.0 for a in self.exponents):
+            raise ValueError(f"exponents: got {self.exponents}, expected none to be zero")
+        if not sum(self.shear_moduli) > 0.0:
+            raise ValueError(
+                f"shear_moduli: got a sum of {sum(self.shear_moduli)} Pa, expected it to be positive"
+            )
+        if not self.bulk_modulus > 0.0:
+            raise ValueError(f"bulk_modulus: got {self.bulk_modulus!r}, expected a positive number [Pa]")
+
+    @property
+    def shear_modulus(self) -> float:
+        """Initial shear modulus Σ μ_i [Pa]."""
+        return sum(self.shear_moduli)
+
+
+def isochoric_energy(
+    material: Ogden, unit: float, deformation_gradient: Float[np.ndarray, "*batch 3 3"]
+) -> Float[np.ndarray, "*batch"]:
+    """Isochoric strain energy per reference volume, in ``unit`` pascals (1e6 gives MPa)."""
+    F = deformation_gradient
+    squared, _ = np.linalg.eigh(np.swapaxes(F, -1, -2) @ F)
+    strain = 0.5 * np.log(squared)
+    strain -= strain.mean(axis=-1, keepdims=True)
+    energy = np.zeros(F.shape[:-2])
+    for mu, alpha in zip(material.shear_moduli, material.exponents, strict=True):
+        # expm1 keeps the small-strain energy free of cancellation.
+        energy += 2.0 * mu / unit / alpha**2 * np.expm1(alpha * strain).sum(axis=-1)
+    return energy
+
+
+def isochoric_response(
+    material: Ogden, unit: float, deformation_gradient: Float[np.ndarray, "*batch 3 3"]
+) -> tuple[Float[np.ndarray, "*batch 3 3"], Float[np.ndarray, "*batch 9 9"]]:
+    """First Piola–Kirchhoff stress P = ∂W/∂F and its tangent ∂P/∂F of the isochoric part.
+
+    With F = Σ λ_i n_i ⊗ N_i, the stress is Σ τ_i/λ_i n_i ⊗ N_i, and the tangent has, in the basis n_i ⊗ N_j, one 3×3
+    block for the stretches and a 2×2 block for each pair i ≠ j (Ogden 1997, Non-linear Elastic Deformations, §6.1.4).
+
+    Parameters
+    ----------
+    material : see `Ogden`.
+    unit : pascals per unit of the result.
+    deformation_gradient : F.
+
+    Returns
+    -------
+    stress : P, (…, 3, 3).
+    tangent : ∂P_iJ/∂F_kL as a symmetric matrix over the row-major pairs (iJ), (kL).
+    """
+    F = deformation_gradient
+    batch = F.shape[:-2]
+    squared, N = np.linalg.eigh(np.swapaxes(F, -1, -2) @ F)
+    stretch = np.sqrt(squared)
+    n = (F @ N) / stretch[..., None, :]
+    strain = np.log(stretch)
+    deviatoric = strain - strain.mean(axis=-1, keepdims=True)
+
+    kirchhoff = np.zeros((*batch, 3))
+    moduli = np.zeros((*batch, 3, 3))  # ∂τ_i/∂(ln λ_j)
+    pairs = ((0, 1), (1, 2), (2, 0))
+    ratio = np.zeros((*batch, 3))  # (τ_i − τ_j)/(λ_i² − λ_j²) for each pair
+    for mu, alpha in zip(material.shear_moduli, material.exponents, strict=True):
+        mu = mu / unit
+        power = np.exp(alpha * deviatoric)
+        mean = power.mean(axis=-1, keepdims=True)
+        kirchhoff += 2.0 * mu / alpha * (power - mean)
+        third = power / 3.0
+        moduli -= 2.0 * mu * (third[..., :, None] + third[..., None, :] - mean[..., None] / 3.0)
+        for i in range(3):
+            moduli[..., i, i] += 2.0 * mu * power[..., i]
+        for k, (i, j) in enumerate(pairs):
+            gap = strain[..., i] - strain[..., j]
+            centre = np.exp(
+                0.5 * alpha * (deviatoric[..., i] + deviatoric[..., j]) - (strain[..., i] + strain[..., j])
+            )
+            ratio[..., k] += mu * centre * _sinhc(0.5 * alpha * gap) / _sinhc(gap)
+
+    frame = np.zeros((*batch, 3, 3, 3, 3))
+    for i in range(3):
+        for j in range(3):
+            value = moduli[..., i, j] - (kirchhoff[..., i] if i == j else 0.0)
+            frame[..., i, i, j, j] = value / (stretch[..., i] * stretch[..., j])
+    for k, (i, j) in enumerate(pairs):
+        square = 0.5 * (squared[..., i] + squared[..., j])
+        mixed = (square * ratio[..., k] - 0.5 * (kirchhoff[..., i] + kirchhoff[..., j])) / (
+            stretch[..., i] * stretch[..., j]
+        )
+        frame[..., i, j, i, j] = frame[..., j, i, j, i] = ratio[..., k]
+        frame[..., i, j, j, i] = frame[..., j, i, i, j] = mixed
+
+    stress = (n * (kirchhoff / stretch)[..., None, :]) @ np.swapaxes(N, -1, -2)
+    # Columns of `basis` are the nine dyads n_i ⊗ N_j.
+    basis = (n[..., :, None, :, None] * N[..., None, :, None, :]).reshape(*batch, 9, 9)
+    tangent = basis @ frame.reshape(*batch, 9, 9) @ np.swapaxes(basis, -1, -2)
+    return stress, tangent
+
+
+def _sinhc(x: np.ndarray) -> np.ndarray:
+    """sinh(x)/x, exact near zero."""
+    small = np.abs(x) < 1e-3
+    safe = np.where(small, 1.0, x)
+    # Below 1e-3 the series' first omitted term, x⁶/5040, is under 1e-21.
+    return np.where(small, 1.0 + x**2 / 6.0 * (1.0 + x**2 / 20.0), np.sinh(safe) / safe)

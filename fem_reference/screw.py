@@ -1,0 +1,83 @@
+"""The rod's rigid motions exp(s·(v, u)) in SE(3), with first and second derivatives in the curvature u.
+
+The rod is inextensible: v = (0, 0, 1). Over one pitch s|u| stays well below one, so that the exponential's series
+reaches round-off in a few terms, is exact at u = 0, and has polynomial derivatives.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+_TERMS = 22
+_LIMIT = 2.0
+
+
+@dataclass(frozen=True)
+class ScrewSeries:
+    """Coefficients of exp(sΞ) = Σ_k s^k C_k, and their derivatives in u.
+
+    Parameters
+    ----------
+    value : C_k, (k, 4, 4).
+    first : ∂C_k/∂u_i, (k, 3, 4, 4).
+    second : ∂²C_k/∂u_i∂u_j, (k, 3, 3, 4, 4).
+    """
+
+    value: Float[np.ndarray, "terms 4 4"]
+    first: Float[np.ndarray, "terms 3 4 4"]
+    second: Float[np.ndarray, "terms 3 3 4 4"]
+
+    def at(
+        self, s: float
+    ) -> tuple[Float[np.ndarray, "4 4"], Float[np.ndarray, "3 4 4"], Float[np.ndarray, "3 3 4 4"]]:
+        """exp(sΞ) and its first and second derivatives in u, as homogeneous matrices [R c; 0 1]."""
+        powers = s ** np.arange(_TERMS)
+        return (
+            np.tensordot(powers, self.value, 1),
+            np.tensordot(powers, self.first, 1),
+            np.tensordot(powers, self.second, 1),
+        )
+
+
+def screw_series(curvature: Float[np.ndarray, "3"], length: float) -> ScrewSeries:
+    """Series of exp(sΞ(u)) for 0 ≤ |s| ≤ ``length``.
+
+    Parameters
+    ----------
+    curvature : u, body frame [1/mm].
+    length : largest |s| at which the series is used [mm].
+
+    Raises
+    ------
+    ValueError
+        When ``length``·|u| is so large that the series is not exact.
+    """
+    angle = length * float(np.linalg.norm(curvature))
+    if not angle <= _LIMIT:
+        raise ValueError(
+            f"curvature: got {angle:.3g} rad of bending over {length:g} mm, expected at most {_LIMIT} rad"
+        )
+    xi = np.zeros((4, 4))
+    xi[:3, :3] = cross_matrix(curvature)
+    xi[2, 3] = 1.0
+    d_xi = np.zeros((3, 4, 4))
+    for i in range(3):
+        d_xi[i, :3, :3] = cross_matrix(np.eye(3)[i])
+    value = np.zeros((_TERMS, 4, 4))
+    first = np.zeros((_TERMS, 3, 4, 4))
+    second = np.zeros((_TERMS, 3, 3, 4, 4))
+    value[0] = np.eye(4)
+    for k in range(1, _TERMS):
+        value[k] = xi @ value[k - 1] / k
+        first[k] = (d_xi @ value[k - 1] + xi @ first[k - 1]) / k
+        cross = d_xi[:, None] @ first[k - 1][None, :]
+        second[k] = (cross + cross.transpose(1, 0, 2, 3) + xi @ second[k - 1]) / k
+    return ScrewSeries(value, first, second)
+
+
+def cross_matrix(a: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
+    """The matrix of b ↦ a × b."""
+    return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])

@@ -1,0 +1,1 @@
+"""From sweeps of the finite-element cell to a fitted, judged section law."""

@@ -1,0 +1,289 @@
+"""Command line: run the sweep, fit the law, report how good it is."""
+
+import argparse
+import json
+import math
+import shlex
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NoReturn
+
+GOOD, BAD_INPUT, NOT_CONVERGED = 0, 2, 3
+
+
+class BadInputError(ValueError):
+    """What came on the command line cannot be used; the message is one line."""
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        self.exit(BAD_INPUT, f"{self.prog}: {message}\n")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Entry point of ``rodmodel-calibrate``; returns the exit status."""
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    given = sys.argv[1:] if arguments is None else list(arguments)
+    parser = _parser()
+    options = parser.parse_args(given)
+    command = shlex.join([parser.prog, *given])
+    try:
+        status: int = options.command(options, command)
+    except BadInputError as error:
+        return _complain(f"{parser.prog}: {' '.join(str(error).split())}", BAD_INPUT)
+    return status
+
+
+def _run(options: argparse.Namespace, command: str) -> int:
+    from dataclasses import asdict
+
+    from calibration.dataset import DatasetError, build_dataset, save_dataset
+    from calibration.run import RunError, RunPlan, open_run
+    from calibration.sweep import CellTracer, SweepError, run_sweep
+    from fem_reference import ActuatorGeometry, DoubleHelix, Ogden, Thread
+    from rodmodel import Domain
+
+    plan = RunPlan(
+        geometry=ActuatorGeometry(),
+        winding=DoubleHelix(psi=math.radians(options.psi_deg), pitch=1e-3 * options.pitch_mm),
+        level=options.elements,
+        domain=Domain(
+            tuple(1e3 * p for p in options.pressure_max_kpa),
+            1e3 * options.pressure_sum_max_kpa,
+            1e-3 * options.moment_max_nmm,
+        ),
+        paths=options.paths,
+        seed=options.seed,
+    )
+    directory = Path(options.out)
+    try:
+        description = open_run(
+            directory, plan, command, {"body": asdict(Ogden()), "thread": asdict(Thread())}
+        )
+        paths = plan.design()
+        tracer = CellTracer(plan.geometry, plan.winding, plan.level)
+        records = run_sweep(tracer, paths, directory, options.workers)
+        dataset = build_dataset(paths, records, description)
+        save_dataset(dataset, directory / "dataset.nc")
+    except RunError as error:
+        raise BadInputError(str(error)) from error
+    except OSError as error:
+        raise BadInputError(
+            f"--out: got {directory} ({error.strerror}), expected a writable directory"
+        ) from error
+    except (SweepError, DatasetError) as error:
+        return _complain(f"rodmodel-calibrate run: {error}", NOT_CONVERGED)
+    failed = {name: record.end for name, record in records.items() if record.failed}
+    states = dataset.sizes["state"]
+    if options.json:
+        summary = {
+            "dataset": str(directory / "dataset.nc"),
+            "states": states,
+            "paths": len(paths),
+            "converged": not failed,
+            "failed_paths": failed,
+        }
+        print(json.dumps(summary))
+    else:
+        print(f"{states} states on {len(paths)} paths written to {directory / 'dataset.nc'}")
+    if failed:
+        ends = "; ".join(f"{name} after {len(records[name].states)} states" for name in failed)
+        return _complain(
+            f"rodmodel-calibrate run: {len(failed)} paths ended early, the rest is written: {ends}", 3
+        )
+    return GOOD
+
+
+def _fit(options: argparse.Namespace, command: str) -> int:
+    from calibration.assembly import calibration_of
+    from calibration.dataset import attributes
+    from calibration.pipeline import Judged, fit_and_judge
+    from calibration.provenance import code_version, sha256, today
+    from rodmodel import save_calibration
+
+    dataset, domain = _dataset(options)
+    _refuse_unwritable("--out", Path(options.out))
+    run = attributes(dataset)
+    outcome: Judged = fit_and_judge(
+        dataset, domain, run["geometry"]["body_length"], options.hidden, options.iterations, options.seed
+    )
+    if not outcome.good:
+        return _complain(f"rodmodel-calibrate fit: {outcome.complaint}; nothing written", NOT_CONVERGED)
+    provenance = {
+        "fit_command": command,
+        "code_version": code_version(),
+        "dataset_sha256": sha256(Path(options.dataset)),
+        "states": outcome.states,
+        "date": today(),
+        "training": outcome.training,
+    }
+    save_calibration(calibration_of(outcome.law, domain, outcome.error, run, provenance), options.out)
+    _tell(options, {"file": options.out, "error": outcome.error, "training": outcome.training}, outcome.error)
+    return GOOD
+
+
+def _report(options: argparse.Namespace, command: str) -> int:
+    from calibration.dataset import attributes
+    from calibration.pipeline import compare_candidates, judge
+    from rodmodel import read_calibration
+
+    dataset, _ = _dataset(options)
+    try:
+        calibration = read_calibration(options.file)
+    except ValueError as error:
+        raise BadInputError(str(error)) from error
+    length = attributes(dataset)["geometry"]["body_length"]
+    figures = None if options.figures is None else Path(options.figures)
+    try:
+        found = judge(calibration.section_law, dataset, calibration.domain, length, figures)
+    except OSError as error:
+        raise BadInputError(
+            f"--figures: got {figures} ({error.strerror}), expected a writable directory"
+        ) from error
+    answer: dict[str, Any] = {"error": found}
+    if options.compare:
+        table = compare_candidates(
+            calibration.section_law, dataset, calibration.domain, length, options.iterations, options.seed
+        )
+        answer["comparison"] = table
+    _tell(options, answer, found)
+    if options.compare and not options.json:
+        print(answer["comparison"])
+    return GOOD
+
+
+def _dataset(options: argparse.Namespace) -> Any:
+    """The dataset and the domain it was made for, narrowed where the command line says so."""
+    from calibration.dataset import DatasetError, attributes, load_dataset
+    from rodmodel import Domain
+
+    try:
+        dataset = load_dataset(Path(options.dataset))
+    except DatasetError as error:
+        raise BadInputError(str(error)) from error
+    made_for = attributes(dataset)["domain"]
+    each, total, moment = (
+        tuple(made_for["pressure_max"]),
+        made_for["pressure_sum_max"],
+        made_for["moment_max"],
+    )
+    if getattr(options, "pressure_max_kpa", None) is not None:
+        each = tuple(1e3 * p for p in options.pressure_max_kpa)
+    if getattr(options, "pressure_sum_max_kpa", None) is not None:
+        total = 1e3 * options.pressure_sum_max_kpa
+    return dataset, Domain(each, total, moment)
+
+
+def _refuse_unwritable(argument: str, file: Path) -> None:
+    """Find out before the work, not after it."""
+    try:
+        with file.open("a"):
+            pass
+        if file.stat().st_size == 0:
+            file.unlink()
+    except OSError as error:
+        raise BadInputError(
+            f"{argument}: got {file} ({error.strerror}), expected a path that can be written"
+        ) from error
+
+
+def _tell(options: argparse.Namespace, answer: dict[str, Any], error: dict[str, Any]) -> None:
+    from calibration.report import error_table
+
+    print(json.dumps(answer) if options.json else error_table(error))
+
+
+def _complain(message: str, status: int) -> int:
+    print(message, file=sys.stderr)
+    return status
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog="rodmodel-calibrate", description="Calibrate a section law on the finite-element cell."
+    )
+    commands = parser.add_subparsers(required=True, metavar="run | fit | report")
+
+    run = commands.add_parser("run", help="sweep loading paths of the cell; takes up a run that was stopped")
+    run.add_argument("--layout", default="double-helix", choices=["double-helix"], help="winding layout")
+    run.add_argument("--psi-deg", type=_number, default=0.0, help="winding orientation [deg]")
+    run.add_argument("--pitch-mm", type=_positive, default=3.0, help="winding pitch [mm]")
+    run.add_argument("--elements", default="coarse", choices=["coarse", "medium", "paper"], help="mesh level")
+    run.add_argument("--out", required=True, help="directory of the run")
+    run.add_argument("--workers", type=_count, default=2, help="processes, one thread each")
+    run.add_argument("--paths", type=_count, default=100, help="loading paths, every fifth of them held out")
+    run.add_argument("--seed", type=int, default=0, help="of the design")
+    run.add_argument("--moment-max-nmm", type=_positive, default=2.0, help="largest external moment [N mm]")
+    _domain_options(run, (70.0, 50.0, 50.0), 100.0)
+    run.set_defaults(command=_run)
+
+    fit = commands.add_parser("fit", help="fit the section law and write the calibration file")
+    fit.add_argument("dataset", help="netCDF file of a run")
+    fit.add_argument("--out", required=True, help="calibration file to write")
+    fit.add_argument(
+        "--hidden", type=_count, default=None, help="hidden units a layer; chosen by evidence if not given"
+    )
+    fit.add_argument("--iterations", type=_count, default=3000, help="of the final training")
+    fit.add_argument("--seed", type=int, default=0, help="of the first start")
+    _domain_options(fit, None, None)
+    fit.set_defaults(command=_fit)
+
+    report = commands.add_parser("report", help="held-out errors of a calibration file, and figures")
+    report.add_argument("dataset", help="netCDF file of a run")
+    report.add_argument("file", help="calibration file")
+    report.add_argument("--figures", default=None, help="directory for PNG files")
+    report.add_argument(
+        "--compare", action="store_true", help="fit other forms of the law to the same states"
+    )
+    report.add_argument("--iterations", type=_count, default=2000, help="of the network that is compared")
+    report.add_argument("--seed", type=int, default=0, help="of the network that is compared")
+    report.set_defaults(command=_report)
+    for command in (run, fit, report):
+        command.add_argument("--json", action="store_true", help="one JSON object on stdout")
+    return parser
+
+
+def _domain_options(
+    parser: argparse.ArgumentParser, each: tuple[float, float, float] | None, total: float | None
+) -> None:
+    parser.add_argument(
+        "--pressure-max-kpa",
+        nargs=3,
+        type=_positive,
+        default=each,
+        metavar=("P1", "P2", "P3"),
+        help="largest pressure of each chamber",
+    )
+    parser.add_argument(
+        "--pressure-sum-max-kpa", type=_positive, default=total, help="largest sum of the pressures"
+    )
+
+
+def _checked(expected: str, valid: Callable[[float], bool]) -> Callable[[str], float]:
+    def convert(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not valid(value):
+            raise argparse.ArgumentTypeError(f"got {text!r}, expected {expected}")
+        return value
+
+    return convert
+
+
+_number = _checked("a finite number", math.isfinite)
+_positive = _checked("a positive number", lambda value: math.isfinite(value) and value > 0)
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"got {text!r}, expected a whole number of at least 1")
+    return int(text)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,199 @@
+"""Which states a calibration samples: loading paths that a continuation can follow.
+
+Every path starts at the unloaded section and moves in steps small enough for the cell solver. Paths are drawn
+from a seed and given their role (``train`` or ``held-out``) before anything is computed; the held-out ones
+come from a random stream of their own, so that adding training paths never changes what judges them. Kinds
+are interleaved: any leading part of a design is a balanced, smaller design.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import cycle
+from typing import Literal
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+from fem_reference import Load
+from rodmodel import Domain
+
+Role = Literal["train", "held-out"]
+Vector = NDArray[np.float64]
+
+HELD_OUT_EVERY = 5  # every fifth path judges, the others train
+MOMENT_STEPS = 3  # steps over which a continuation takes the largest moment
+
+
+def edge(domain: Domain, direction: Vector) -> Vector:
+    """Where the ray from zero pressure along a direction leaves the domain, shape (3,) [Pa]."""
+    limits = np.append(np.asarray(domain.pressure_max), domain.pressure_sum_max)
+    rates = np.append(direction, direction.sum())
+    return direction * float(np.min(limits[rates > 0] / rates[rates > 0]))
+
+
+def inside(domain: Domain, pressure: Vector, moment: Vector) -> NDArray[np.bool_]:
+    """Whether loads (n, 3) [Pa], (n, 3) [N m] lie in the domain, its edge included, shape (n,)."""
+    pressures = jax.vmap(domain.covers_pressure)(jnp.asarray(pressure))
+    return np.asarray(pressures & jax.vmap(domain.covers_moment)(jnp.asarray(moment)))
+
+
+@dataclass(frozen=True)
+class LoadingPath:
+    """A named sequence of loads with its role."""
+
+    name: str
+    role: Role
+    loads: tuple[Load, ...]
+
+
+def design_paths(
+    domain: Domain, number: int, seed: int, mirror: bool = True, pressure_step: float = 3e3
+) -> tuple[LoadingPath, ...]:
+    """Draw the loading paths of a calibration.
+
+    Parameters
+    ----------
+    domain : where the loads lie.
+    number : how many paths, training and held-out together.
+    seed : of the random streams; the same seed gives the same paths.
+    mirror : the section is its own mirror image in the plane of chamber 1: chamber 3 alone need not be run.
+    pressure_step : largest change of one pressure from a load to the next [Pa].
+
+    Returns
+    -------
+    paths, in the order in which to run them.
+    """
+    if number < 1:
+        raise ValueError(f"number: got {number} paths, expected at least 1")
+    if not pressure_step > 0:
+        raise ValueError(f"pressure_step: got {pressure_step} Pa, expected a positive step")
+    train_stream, held_out_stream = np.random.SeedSequence(seed).spawn(2)
+    train = _train_waypoints(domain, np.random.default_rng(train_stream), mirror)
+    held_out = _held_out_waypoints(domain, np.random.default_rng(held_out_stream))
+    paths = []
+    for index in range(number):
+        role: Role = "held-out" if index % HELD_OUT_EVERY == HELD_OUT_EVERY - 1 else "train"
+        kind, waypoints = next(held_out if role == "held-out" else train)
+        loads = _walk(waypoints, pressure_step, domain.moment_max / MOMENT_STEPS)
+        paths.append(LoadingPath(f"{index:03d}-{role}-{kind}", role, loads))
+    return tuple(paths)
+
+
+Waypoints = tuple[str, list[tuple[Vector, Vector]]]  # kind, (pressure [Pa], moment [N m]) at each
+
+
+def _train_waypoints(domain: Domain, rng: np.random.Generator, mirror: bool) -> Iterator[Waypoints]:
+    """Endless training paths: first the named directions once, then random kinds in turn."""
+    singles = [np.eye(3)[k] for k in ((0, 1) if mirror else (0, 1, 2))]
+    pairs = [
+        np.array(d, dtype=float)
+        for d in ([(1, 1, 0), (0, 1, 1)] if mirror else [(1, 1, 0), (0, 1, 1), (1, 0, 1)])
+    ]
+    for direction in (*singles, *pairs, np.ones(3)):
+        yield "free", _ramp(domain, direction, [])
+        yield "turns", _ramp(domain, direction, _turns(domain, rng, (0.15, 0.45, 0.75, 1.0)))
+        yield "walk", _edge_walk(domain, rng, with_moment=False)
+        yield "moment", _moments_only(domain, rng)
+    kinds: Sequence[Callable[[], Waypoints]] = (
+        lambda: ("free", _ramp(domain, _direction(rng), [])),
+        lambda: ("turns", _ramp(domain, _direction(rng), _turns(domain, rng, (0.08, 0.3, 0.6, 1.0)))),
+        lambda: ("mixed", _mixture(domain, rng, edge(domain, _direction(rng)))),
+        lambda: ("walk", _edge_walk(domain, rng, with_moment=True)),
+        lambda: ("turns", _ramp(domain, _direction(rng), _turns(domain, rng, (0.2, 0.5, 0.8)))),
+        lambda: ("walk", _edge_walk(domain, rng, with_moment=False)),
+        lambda: ("small", _mixture(domain, rng, 0.3 * rng.random() * edge(domain, _direction(rng)))),
+    )
+    for kind in cycle(kinds):
+        yield kind()
+
+
+def _held_out_waypoints(domain: Domain, rng: np.random.Generator) -> Iterator[Waypoints]:
+    """Endless held-out paths: pressures uniform in the whole domain, without and with moment in turn."""
+    for with_moment in cycle((False, True)):
+        first, second = _uniform_pressure(domain, rng), _uniform_pressure(domain, rng)
+        if with_moment:
+            yield "mixed", [*_mixture(domain, rng, first), (second, _ball(rng, domain.moment_max))]
+        else:
+            yield "free", [(first, np.zeros(3)), (second, np.zeros(3))]
+
+
+def _ramp(
+    domain: Domain, direction: Vector, turns: Sequence[tuple[float, list[Vector]]]
+) -> list[tuple[Vector, Vector]]:
+    """From zero to the domain's edge, with a loop of moments at some levels of pressure."""
+    limit, none = edge(domain, direction), np.zeros(3)
+    points = [(0.03 * limit, none)]  # the first states lie where the section is most compliant
+    for level, moments in turns:
+        points += [(level * limit, moment) for moment in (none, *moments)]
+    return [*points, (limit, none)] if not turns or turns[-1][0] < 1 else points
+
+
+def _turns(
+    domain: Domain, rng: np.random.Generator, levels: Sequence[float]
+) -> list[tuple[float, list[Vector]]]:
+    """A loop of moments at each level of pressure: out one way, over to another, back to free bending."""
+    loops = []
+    for level in levels:
+        first, second = (domain.moment_max * _sphere(rng) for _ in range(2))
+        loops.append((level, [first, second * rng.uniform(0.5, 1.0), np.zeros(3)]))
+    return loops
+
+
+def _moments_only(domain: Domain, rng: np.random.Generator) -> list[tuple[Vector, Vector]]:
+    return [(np.zeros(3), domain.moment_max * _sphere(rng)) for _ in range(3)]
+
+
+def _mixture(domain: Domain, rng: np.random.Generator, pressure: Vector) -> list[tuple[Vector, Vector]]:
+    """Pressure and moment ramped together, the moment through random values."""
+    moments = [_ball(rng, domain.moment_max) for _ in range(3)]
+    return [(share * pressure, moment) for share, moment in zip((0.3, 0.65, 1.0), moments, strict=True)]
+
+
+def _edge_walk(domain: Domain, rng: np.random.Generator, with_moment: bool) -> list[tuple[Vector, Vector]]:
+    """Out to the domain's edge, then from one of its points to the next."""
+    points = [edge(domain, _direction(rng)) for _ in range(3)]
+    moments = [_ball(rng, domain.moment_max) if with_moment else np.zeros(3) for _ in range(3)]
+    return list(zip(points, moments, strict=True))
+
+
+def _direction(rng: np.random.Generator) -> Vector:
+    """A direction of non-negative pressures, more often than uniform near one or two chambers alone."""
+    return rng.dirichlet(np.full(3, 0.7))
+
+
+def _uniform_pressure(domain: Domain, rng: np.random.Generator) -> Vector:
+    while True:
+        pressure = rng.random(3) * np.asarray(domain.pressure_max)
+        if pressure.sum() <= domain.pressure_sum_max:
+            return pressure
+
+
+def _sphere(rng: np.random.Generator) -> Vector:
+    vector = rng.standard_normal(3)
+    return vector / np.linalg.norm(vector)
+
+
+def _ball(rng: np.random.Generator, radius: float) -> Vector:
+    return radius * rng.random() ** (1 / 3) * _sphere(rng)
+
+
+def _walk(
+    waypoints: Sequence[tuple[Vector, Vector]], pressure_step: float, moment_step: float
+) -> tuple[Load, ...]:
+    """Straight from waypoint to waypoint in even steps no larger than asked, from the unloaded section on."""
+    loads, pressure, moment = [], np.zeros(3), np.zeros(3)
+    for next_pressure, next_moment in waypoints:
+        pressure_change = np.abs(next_pressure - pressure).max() / pressure_step
+        moment_change = float(np.linalg.norm(next_moment - moment)) / moment_step
+        steps = int(np.ceil(max(pressure_change, moment_change) - 1e-9))
+        for share in np.arange(1, steps + 1) / max(steps, 1):
+            loads.append(
+                Load(
+                    pressure=tuple((pressure + share * (next_pressure - pressure)).tolist()),
+                    moment=tuple((moment + share * (next_moment - moment)).tolist()),
+                )
+            )
+        pressure, moment = next_pressure, next_moment
+    return tuple(loads)

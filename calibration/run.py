@@ -1,0 +1,86 @@
+"""What a run of the cell was asked for, kept beside its results."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from calibration.design import LoadingPath, design_paths
+from calibration.provenance import code_version, today
+from fem_reference import ActuatorGeometry, DoubleHelix
+from rodmodel import Domain
+
+PRESSURE_STEP = 3e3  # [Pa], of a path from a load to the next
+
+
+class RunError(ValueError):
+    """A run directory that holds something else than what was asked for."""
+
+
+@dataclass(frozen=True)
+class RunPlan:
+    """Actuator, mesh level, domain and design of a run."""
+
+    geometry: ActuatorGeometry
+    winding: DoubleHelix
+    level: str
+    domain: Domain
+    paths: int
+    seed: int
+
+    @property
+    def mirror(self) -> bool:
+        """Whether the section is its own mirror image in the plane of chamber 1: ψ a multiple of 90°."""
+        quarters = self.winding.psi / (np.pi / 2)
+        return bool(abs(quarters - round(quarters)) < 1e-9)
+
+    def design(self) -> tuple[LoadingPath, ...]:
+        """The loading paths, in the order in which to run them."""
+        return design_paths(self.domain, self.paths, self.seed, self.mirror, PRESSURE_STEP)
+
+    def description(self) -> dict[str, Any]:
+        """All of it as JSON, for the run directory and the attributes of the dataset."""
+        return {
+            "layout": self.winding.name,
+            "winding": asdict(self.winding),
+            "geometry": asdict(self.geometry),
+            "body_area_m2": self.geometry.body_area,
+            "mesh": self.level,
+            "domain": asdict(self.domain),
+            "seed": self.seed,
+            "mirror": self.mirror,
+            "pressure_step": PRESSURE_STEP,
+        }
+
+
+def open_run(directory: Path, plan: RunPlan, command: str, material: Mapping[str, Any]) -> dict[str, Any]:
+    """Begin a run directory, or take up one that was begun with the same plan (more paths may be asked for).
+
+    Returns
+    -------
+    description, with command, code version and date of the run's beginning.
+
+    Raises
+    ------
+    RunError
+        If the directory holds a run of another plan.
+    """
+    file = directory / "run.json"
+    wanted = json.loads(json.dumps({**plan.description(), "material": material}))
+    if file.exists():
+        found = json.loads(file.read_text())
+        different = [key for key, value in wanted.items() if found.get(key) != value]
+        if different:
+            key = different[0]
+            raise RunError(
+                f"--out: {directory} holds a run with {key} {found.get(key)}, this one has {wanted[key]}; "
+                "expected an empty directory or one of the same run"
+            )
+        return dict(found)
+    directory.mkdir(parents=True, exist_ok=True)
+    description = {**wanted, "command": command, "code_version": code_version(), "date": today()}
+    file.write_text(json.dumps(description, indent=1) + "\n")
+    return description

@@ -1,0 +1,92 @@
+"""States of a dataset as plain arrays, and the scales in which a fit weighs their residuals."""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+import xarray as xr
+from jaxtyping import Bool, Float
+
+Floats = Float[np.ndarray, "..."]
+
+VOLUME_TOLERANCE = 0.01  # of the volume's range, weighs as much as one degree of bending angle
+SOFT_LIMIT = 0.25  # states this much softer than the median section are weighed as if stiffer
+
+
+@dataclass(frozen=True)
+class Samples:
+    """States, one a row: pressure [Pa], curvature [1/m], gradient (m, −V) [N m, m²] and Hessian of Π (SI)."""
+
+    pressure: Float[np.ndarray, "n 3"]
+    curvature: Float[np.ndarray, "n 3"]
+    energy: Float[np.ndarray, " n"]
+    gradient: Float[np.ndarray, "n 6"]
+    hessian: Float[np.ndarray, "n 6 6"]
+    path: np.ndarray
+    held_out: Bool[np.ndarray, " n"]
+
+    @property
+    def moment(self) -> Float[np.ndarray, "n 3"]:
+        """Moment on the section [N m]."""
+        return self.gradient[:, :3]
+
+    @property
+    def volume(self) -> Float[np.ndarray, "n 3"]:
+        """Chamber volumes per length [m²]."""
+        return -self.gradient[:, 3:]
+
+    def __len__(self) -> int:
+        return len(self.energy)
+
+    def where(self, keep: Bool[np.ndarray, " n"]) -> "Samples":
+        """The states for which `keep` holds."""
+        return Samples(**{field.name: getattr(self, field.name)[keep] for field in fields(self)})
+
+
+def stable_samples(dataset: xr.Dataset) -> Samples:
+    """States of a dataset but those known to be unstable: no section is found there."""
+    everything = Samples(
+        pressure=dataset["pressure"].values,
+        curvature=dataset["curvature"].values,
+        energy=dataset["energy"].values,
+        gradient=np.concatenate([dataset["moment"].values, -dataset["volume"].values], axis=1),
+        hessian=dataset["hessian"].values,
+        path=dataset["path"].values,
+        held_out=dataset["role"].values == "held-out",
+    )
+    return everything.where(dataset["stable"].values != 0)
+
+
+@dataclass(frozen=True)
+class Metric:
+    """How far a law is from the states, in degrees of bending angle and hundredths of the volume's range.
+
+    A moment error δm counts as the angle error L |K⁻¹ δm| that it causes in free bending, K the state's own
+    stiffness. A Hessian error δH counts as the gradient error δH δy that it causes at a neighbouring state,
+    one sampling step δy away.
+
+    Attributes
+    ----------
+    gradient : matrix of each state that turns a gradient error into these units.
+    step : a sampling step in each of (u, p) [1/m, Pa].
+    """
+
+    gradient: Float[np.ndarray, "n 6 6"]
+    step: Float[np.ndarray, "6"]
+
+
+def metric(samples: Samples, length: float, pressure_step: float, moment_step: float) -> Metric:
+    """Scales of the residuals of some states.
+
+    Parameters
+    ----------
+    samples : the states.
+    length : of the body whose bending angle counts [m].
+    pressure_step, moment_step : between neighbouring states of a path [Pa], [N m].
+    """
+    stiffness, frame = np.linalg.eigh(samples.hessian[:, :3, :3])
+    median = float(np.median(stiffness))
+    compliance = np.einsum("nij,nj,nkj->nik", frame, 1.0 / np.maximum(stiffness, SOFT_LIMIT * median), frame)
+    gradient = np.zeros((len(samples), 6, 6))
+    gradient[:, :3, :3] = np.rad2deg(length) * compliance
+    gradient[:, 3:, 3:] = np.eye(3) / (VOLUME_TOLERANCE * np.ptp(samples.volume))
+    return Metric(gradient, np.array([moment_step / median] * 3 + [pressure_step] * 3))

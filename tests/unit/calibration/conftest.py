@@ -1,0 +1,51 @@
+"""A run of the manufactured cell, and the import path that worker processes need to find that cell."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+# Worker processes inherit the path.
+sys.path.insert(0, str(Path(__file__).parent))
+
+PATHS = 40
+
+
+@pytest.fixture(scope="session")
+def run_directory(tmp_path_factory):
+    """A finished run, its dataset beside the paths' files."""
+    from manufactured_cell import ManufacturedTracer
+
+    from calibration.dataset import build_dataset, save_dataset
+    from calibration.run import RunPlan, open_run
+    from calibration.sweep import read_path, trace_path
+    from fem_reference import ActuatorGeometry, DoubleHelix
+    from rodmodel import Domain
+
+    directory = tmp_path_factory.mktemp("run")
+    domain = Domain((70e3, 50e3, 50e3), 100e3, 2e-3)
+    plan = RunPlan(ActuatorGeometry(), DoubleHelix(), "coarse", domain, PATHS, seed=0)
+    description = open_run(directory, plan, "rodmodel-calibrate run", {"bulk_modulus": 1e8})
+    trace = ManufacturedTracer()()
+    paths = plan.design()
+    for path in paths:
+        trace_path(trace, path, directory / f"{path.name}.jsonl")
+    records = {path.name: read_path(directory / f"{path.name}.jsonl") for path in paths}
+    save_dataset(build_dataset(paths, records, description), directory / "dataset.nc")
+    assert json.loads((directory / "run.json").read_text())["seed"] == 0
+    return directory
+
+
+@pytest.fixture(scope="session")
+def dataset(run_directory):
+    from calibration.dataset import load_dataset
+
+    return load_dataset(run_directory / "dataset.nc")
+
+
+@pytest.fixture(scope="session")
+def samples(dataset):
+    from calibration.samples import stable_samples
+
+    return stable_samples(dataset)

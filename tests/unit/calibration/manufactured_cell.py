@@ -1,0 +1,119 @@
+"""A section potential in closed form with the interface of the finite-element cell.
+
+It has what makes the real one hard: volumes that are compliant at first and stiff later, a smooth but quick
+change of slope (as wall contact makes), twist by unequal chambers, a quartic in curvature, and the mirror
+symmetry of the section.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fem_reference import CellError, Load
+
+BENDING = 2.45e-4  # [N m²]
+AZIMUTH = np.deg2rad([0.0, 120.0, 240.0])
+
+
+def free_curvature(p: jax.Array) -> jax.Array:
+    """Closed form of the curvature without moment [1/m]."""
+    q = p / 1e4
+    gain = jnp.array([1.0, 0.85, 0.85])
+    drive = gain * (2.7 * q + 0.55 * q**2) - 0.5 * 0.5 * jax.nn.softplus((q - 3.2) / 0.25)
+    drive = drive * (1.0 - 0.03 * (jnp.sum(q) - q))
+    drive = drive + 0.5 * 0.5 * jax.nn.softplus(-3.2 / 0.25)
+    twist = 0.15 * (q[1] - q[2]) * q[0]
+    return jnp.stack([jnp.sum(drive * np.sin(AZIMUTH)), -jnp.sum(drive * np.cos(AZIMUTH)), twist])
+
+
+def potential(u: jax.Array, p: jax.Array) -> jax.Array:
+    """Section potential [J/m] of curvature (3,) [1/m] and pressure (3,) [Pa]."""
+    q = p / 1e4
+    volume_work = -p * (15.5e-6 + 0.6e-6 * q) - 4e-6 * (p + 8e3 * jnp.expm1(-p / 8e3))
+    w = u - free_curvature(p)
+    level = 1.0 + 0.05 * jnp.sum(q) + 0.02 * jnp.sum(q**2)
+    stiffness = BENDING * level * jnp.array([1.0, 1.0, 0.9])
+    cubic = 2e-7 * (w[1] ** 3 + w[1] * w[0] ** 2) * (1.0 + 0.1 * q[0])
+    quartic = 2e-8 * jnp.sum(w**2) ** 2
+    coupling = 1e-5 * (q[1] - q[2]) * w[0] * w[1]
+    return jnp.sum(volume_work) + 0.5 * jnp.sum(stiffness * w**2) + cubic + quartic + coupling
+
+
+@jax.jit
+def _derivatives(y: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
+    def at(y: jax.Array) -> jax.Array:
+        return potential(y[:3], y[3:])
+
+    return at(y), jax.grad(at)(y), jax.hessian(at)(y)
+
+
+@dataclass
+class ManufacturedState:
+    """The members of a cell state that a calibration reads."""
+
+    load: Load
+    curvature: np.ndarray
+    moment: np.ndarray
+    pressure: np.ndarray
+    energy: float
+    volume: np.ndarray
+    hessian: np.ndarray
+    iterations: int = 1
+    converged: bool = True
+    stable: bool = True
+
+
+def solve(load: Load, start: ManufacturedState | None = None) -> ManufacturedState:
+    """Newton on ∂Π/∂u = m, from the state before."""
+    p, m = np.asarray(load.pressure), np.asarray(load.moment)
+    u = np.asarray(free_curvature(p)) if start is None else start.curvature
+    for iteration in range(1, 50):
+        value, gradient, hessian = map(np.asarray, _derivatives(jnp.concatenate([u, p])))
+        residual = gradient[:3] - m
+        if np.linalg.norm(residual) < 1e-14:
+            stable = bool(np.linalg.eigvalsh(hessian[:3, :3]).min() > 0)
+            return ManufacturedState(
+                load, u, gradient[:3], p, float(value), -gradient[3:], hessian, iteration, True, stable
+            )
+        u = u - np.linalg.solve(hessian[:3, :3], residual)
+    raise CellError(f"no equilibrium at {load}", last_good=start)
+
+
+def follow(loads: Sequence[Load], start: ManufacturedState | None) -> Iterator[ManufacturedState]:
+    """Continuation as the cell does it: one state at each given load."""
+    for load in loads:
+        start = solve(load, start)
+        yield start
+
+
+@dataclass(frozen=True)
+class ManufacturedTracer:
+    """Stands where `calibration.sweep.CellTracer` stands, with failures on demand.
+
+    Parameters
+    ----------
+    fails_beyond : pressure sum [Pa] past which no step is possible.
+    largest_step : pressure step [Pa] past which a step fails, though a smaller one would not.
+    """
+
+    fails_beyond: float = np.inf
+    largest_step: float = np.inf
+
+    def __call__(self):
+        """Return the continuation."""
+        jax.config.update("jax_enable_x64", True)
+        return partial(_trace, self)
+
+
+def _trace(settings: ManufacturedTracer, loads, start):
+    for load in loads:
+        before = np.zeros(3) if start is None else np.asarray(start.load.pressure)
+        step = np.abs(np.asarray(load.pressure) - before).max()
+        if sum(load.pressure) > settings.fails_beyond or step > settings.largest_step:
+            raise CellError(f"no step to {load.pressure}", last_good=start)
+        start = solve(load, start)
+        yield start

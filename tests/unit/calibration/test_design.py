@@ -1,0 +1,87 @@
+"""Loading paths: inside the domain, in small steps, reproducible, judges kept apart."""
+
+import numpy as np
+import pytest
+
+from calibration.design import MOMENT_STEPS, design_paths, edge, inside
+from rodmodel import Domain
+
+DOMAIN = Domain((70e3, 50e3, 50e3), 100e3, 2e-3)
+STEP = 3e3
+
+
+def loads_of(path):
+    pressure = np.array([load.pressure for load in path.loads])
+    return pressure, np.array([load.moment for load in path.loads])
+
+
+@pytest.fixture(scope="module")
+def paths():
+    return design_paths(DOMAIN, 120, seed=3, pressure_step=STEP)
+
+
+def test_every_load_is_inside_the_domain(paths):
+    for path in paths:
+        assert inside(DOMAIN, *loads_of(path)).all(), path.name
+
+
+def test_steps_are_no_larger_than_asked_and_begin_at_rest(paths):
+    for path in paths:
+        pressure, moment = (np.vstack([np.zeros(3), values]) for values in loads_of(path))
+        assert np.abs(np.diff(pressure, axis=0)).max() <= STEP * (1 + 1e-9), path.name
+        steps = np.linalg.norm(np.diff(moment, axis=0), axis=1)
+        assert steps.max() <= DOMAIN.moment_max / MOMENT_STEPS * (1 + 1e-9), path.name
+
+
+def test_a_seed_always_gives_the_same_paths_and_another_seed_others(paths):
+    assert design_paths(DOMAIN, 120, seed=3, pressure_step=STEP) == paths
+    assert design_paths(DOMAIN, 120, seed=4, pressure_step=STEP) != paths
+
+
+def test_a_longer_design_begins_with_the_shorter_one(paths):
+    assert design_paths(DOMAIN, 50, seed=3, pressure_step=STEP) == paths[:50]
+
+
+def test_a_fifth_is_held_out_with_pressure_in_all_chambers_half_of_it_with_moment(paths):
+    held_out = [path for path in paths if path.role == "held-out"]
+    assert len(held_out) == len(paths) // 5
+    loaded = 0
+    for path in held_out:
+        pressure, moment = loads_of(path)
+        assert (pressure > 0).any(axis=0).all(), path.name
+        loaded += bool(np.any(moment))
+    assert loaded == len(held_out) // 2
+
+
+def test_training_reaches_the_edge_in_each_named_direction(paths):
+    ends = [loads_of(path)[0][-1] for path in paths if path.role == "train" and path.name.endswith("free")]
+    for direction in ((1, 0, 0), (0, 1, 0), (1, 1, 0), (0, 1, 1), (1, 1, 1)):
+        limit = edge(DOMAIN, np.array(direction, dtype=float))
+        assert min(np.linalg.norm(end - limit) for end in ends) < 1e-6, direction
+
+
+def test_chamber_3_alone_is_run_only_where_it_is_no_mirror_image_of_chamber_2():
+    def alone(paths):
+        return [path for path in paths if np.all(loads_of(path)[0][:, :2] == 0) and np.any(loads_of(path)[0])]
+
+    assert not alone(design_paths(DOMAIN, 60, seed=0, mirror=True))
+    assert alone(design_paths(DOMAIN, 60, seed=0, mirror=False))
+
+
+@pytest.mark.parametrize(
+    ("direction", "limit"),
+    [
+        ((1, 0, 0), (70e3, 0, 0)),
+        ((0, 1, 1), (0, 50e3, 50e3)),
+        ((1, 1, 1), (100e3 / 3,) * 3),
+        ((2, 1, 0), (200e3 / 3, 100e3 / 3, 0)),
+    ],
+)
+def test_the_edge_is_where_the_first_limit_is_met(direction, limit):
+    assert edge(DOMAIN, np.array(direction, dtype=float)) == pytest.approx(limit, rel=1e-12)
+
+
+@pytest.mark.parametrize(("number", "step", "named"), [(0, STEP, "number"), (5, 0.0, "pressure_step")])
+def test_impossible_designs_are_refused(number, step, named):
+    with pytest.raises(ValueError, match=named):
+        design_paths(DOMAIN, number, seed=0, pressure_step=step)

@@ -1,0 +1,90 @@
+"""A sweep loses nothing: over processes, kills and failures."""
+
+import json
+
+import numpy as np
+import pytest
+from manufactured_cell import ManufacturedTracer, potential
+
+from calibration.design import LoadingPath
+from calibration.sweep import RETRY_SUBDIVISION, read_path, run_sweep, trace_path
+from fem_reference import Load
+
+
+def ramp(name="ramp", pressure=(20e3, 5e3, 0.0), moment=(1e-4, 0.0, 2e-4), steps=8):
+    shares = np.arange(1, steps + 1) / steps
+    loads = tuple(
+        Load(pressure=tuple((s * np.array(pressure)).tolist()), moment=tuple((s * np.array(moment)).tolist()))
+        for s in shares
+    )
+    return LoadingPath(name, "train", loads)
+
+
+def test_two_processes_trace_every_load_of_every_path_once(tmp_path):
+    paths = [ramp("a"), ramp("b", pressure=(0.0, 30e3, 3e3)), ramp("c", pressure=(1e3, 1e3, 1e3), steps=3)]
+    records = run_sweep(ManufacturedTracer(), paths, tmp_path, workers=2)
+    for path in paths:
+        record = records[path.name]
+        assert record.end == {"attempts": 1}
+        assert [tuple(state["pressure"]) for state in record.states] == [load.pressure for load in path.loads]
+        assert [tuple(state["applied_moment"]) for state in record.states] == [
+            load.moment for load in path.loads
+        ]
+
+
+def test_recorded_numbers_are_those_of_the_potential(tmp_path):
+    trace_path(ManufacturedTracer()(), ramp(), tmp_path / "ramp.jsonl")
+    for state in read_path(tmp_path / "ramp.jsonl").states:
+        energy = potential(np.array(state["curvature"]), np.array(state["pressure"]))
+        assert state["energy"] == pytest.approx(float(energy), rel=1e-13)
+        # Newton stops at a residual of 1e-14 N m.
+        assert state["moment"] == pytest.approx(state["applied_moment"], abs=1e-14)
+
+
+@pytest.mark.parametrize("left_of_a_line", ["", '{"pressure": [1.0, 2'])
+def test_a_killed_path_keeps_its_states_and_is_finished_by_the_next_run(tmp_path, left_of_a_line):
+    file = tmp_path / "ramp.jsonl"
+    trace_path(ManufacturedTracer()(), ramp(), file)
+    whole = read_path(file)
+    lines = file.read_text().splitlines(keepends=True)
+    marked = json.loads(lines[1]) | {"seconds": -1.0}  # tells a kept state from one that was found again
+    file.write_text(lines[0] + json.dumps(marked) + "\n" + lines[2] + left_of_a_line)
+    assert read_path(file).end is None
+    assert len(read_path(file).states) == 3
+
+    trace_path(ManufacturedTracer()(), ramp(), file)
+    again = read_path(file)
+    assert again.end == {"attempts": 1}
+    assert again.states[1]["seconds"] == -1.0
+    assert [state["curvature"] for state in again.states] == [state["curvature"] for state in whole.states]
+
+
+def test_finished_paths_are_left_alone(tmp_path):
+    paths = [ramp("a", steps=3)]
+    run_sweep(ManufacturedTracer(), paths, tmp_path, workers=1)
+    before = (tmp_path / "paths" / "a.jsonl").read_bytes()
+    run_sweep(ManufacturedTracer(), paths, tmp_path, workers=1)
+    assert (tmp_path / "paths" / "a.jsonl").read_bytes() == before
+
+
+def test_a_path_that_cannot_go_on_keeps_its_states_and_says_where_it_ended(tmp_path):
+    file = tmp_path / "ramp.jsonl"
+    trace_path(ManufacturedTracer(fails_beyond=14e3)(), ramp(), file)  # 25 kPa at the end: 3.1 kPa a step
+    record = read_path(file)
+    assert record.failed
+    assert "no step to" in record.end["failure"]
+    assert record.end["attempts"] == 2
+    reached = sum(record.end["reached"]["pressure"])
+    assert reached == pytest.approx(max(sum(state["pressure"]) for state in record.states))
+    # The retry goes in quarters of a step, so it ends less than one of them before the limit.
+    assert 14e3 - 25e3 / 8 / RETRY_SUBDIVISION < reached <= 14e3
+
+
+def test_a_step_that_was_too_large_is_taken_in_smaller_ones(tmp_path):
+    file = tmp_path / "ramp.jsonl"
+    trace_path(ManufacturedTracer(largest_step=1e3)(), ramp(), file)  # the ramp steps by 2.5 kPa
+    record = read_path(file)
+    assert record.end == {"attempts": 2}
+    pressures = {tuple(state["pressure"]) for state in record.states}
+    assert pressures >= {load.pressure for load in ramp().loads}
+    assert {state["attempt"] for state in record.states} == {2}

@@ -17,6 +17,7 @@ Optimization, §3.4, for the shift.
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,14 +27,18 @@ from fem_reference.cell_equations import GAUGES, CellEquations, Configuration, L
 from fem_reference.linear_solver import SingularMatrixError, SymmetricSolver
 from fem_reference.screw import screw_series
 
+_LOG = logging.getLogger(__name__)
+
 # Residual forces [N] and moments [N mm]: chamber pressures give nodal forces of 1e-3 to 1e-2 N, round-off of the stiff
 # parts about 1e-11 N.
 FORCE_TOLERANCE = 1e-9
 MOMENT_TOLERANCE = 1e-8
-# Where walls touch, the barrier's gradient jumps a little as contact pairs change kind; Newton's method then settles
-# at such a jump. A residual of 1e-5 N there changes the curvature by less than 1e-4 1/m.
-CONTACT_FORCE_TOLERANCE = 1e-5
-CONTACT_MOMENT_TOLERANCE = 1e-5
+# Where walls touch, the barrier's gradient jumps a little as contact pairs change kind, and Newton's method may end in a
+# cycle about such a jump. It is accepted once the whole step is as small as this [mm] and moves u by no more than that
+# [1/mm], which bounds what is lost: 1e-3 mm at a wall's node, 1e-4 1/m of curvature.
+CONTACT_STEP = 1e-3
+CONTACT_CURVATURE_STEP = 1e-7
+CONTACT_FORCE_TOLERANCE = 1e-3
 MAX_ITERATIONS = 30
 
 _MAX_BACKTRACKS = 12
@@ -124,21 +129,33 @@ def solve_equilibrium(
             new_pattern = iteration == 0 or linear.pattern_grew
             negative = solver.factorise(equations.pattern.matrix(linear.data), new_pattern)
             excess = None if negative is None else negative - GAUGES
+            _LOG.debug(
+                "iteration %d: force %.2e N, moment %.2e N mm, excess %s", iteration, force, moment, excess
+            )
             settled = force <= FORCE_TOLERANCE and moment <= MOMENT_TOLERANCE
-            at_noise = force <= CONTACT_FORCE_TOLERANCE and moment <= CONTACT_MOMENT_TOLERANCE
-            if settled or (at_noise and linear.walls_touch and iteration >= _PATIENCE):
+            if settled:
                 return Equilibrium(at, linear, iteration, force, excess)
             if excess and force > _SHIFT_ABOVE:
                 _factorise_shifted(equations, solver, linear)
             step = _newton_step(solver, linear, curvature_residual if free else None)
         except SingularMatrixError as error:
             raise NewtonFailure(f"iteration {iteration}: {error}") from error
+        if iteration >= _PATIENCE and linear.walls_touch and _at_contact_noise(step, force):
+            return Equilibrium(at, linear, iteration, force, excess)
         stalled = len(history) > _SETTLING and history[-1] > 0.5 * history[-3]
         at = _admissible_part(equations, at, step, linear, 0.5 if stalled else 1.0)
     raise NewtonFailure(
         f"no convergence in {MAX_ITERATIONS} iterations; the last residual forces are "
         + ", ".join(f"{r:.1e}" for r in history[-3:])
         + " N"
+    )
+
+
+def _at_contact_noise(step: Step, force: float) -> bool:
+    return (
+        force <= CONTACT_FORCE_TOLERANCE
+        and float(np.abs(step.positions).max()) <= CONTACT_STEP
+        and float(np.abs(step.curvature).max()) <= CONTACT_CURVATURE_STEP
     )
 
 
@@ -184,6 +201,8 @@ def _admissible_part(
             continue
         series = screw_series(trial.curvature, equations.reach)
         if equations.rod.admissible(x, series) and equations.solid.dilatation(x).min() > 0.1:
+            if fraction < 1.0:
+                _LOG.debug("step cut to %.3g", fraction)
             return trial
         fraction *= 0.5
     raise NewtonFailure(

@@ -55,5 +55,5 @@ def _half_turns(tangents: Float[Array, "n 3"], chord: Float[Array, "3"]) -> Floa
     forward = jax.vmap(jnp.dot, in_axes=(0, None))(tangents[:, :2], chord[:2])
     length = jnp.hypot(chord[0], chord[1])
     forward = forward / jnp.where(length > 0.0, length, 1.0)
-    inclination = jnp.unwrap(jnp.arctan2(forward, tangents[:, 2]))
-    return jnp.floor(jnp.abs(inclination[-1] - inclination[0]) / np.pi)
+    turns = jnp.diff(jnp.arctan2(forward, tangents[:, 2])) / np.pi
+    return jnp.floor(jnp.abs(jnp.sum(turns - 2.0 * jnp.round(0.5 * turns))))

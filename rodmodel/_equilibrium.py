@@ -57,7 +57,7 @@ class Equilibrium(eqx.Module):
         moment = self.law.moment(turn / length)
         shear = _into_body(rotation, self._force(fraction))
         torque = -jnp.cross(turn / length, moment) - _axis_cross(shear)
-        turn_rate = length**2 * _solve(self.law.stiffness(turn / length), torque)
+        turn_rate = length**2 * solve_3x3(self.law.stiffness(turn / length), torque)
         return jnp.concatenate([rotation[:, 2], quaternion_rate(quaternion, turn), turn_rate])
 
     def end_imbalance(self, state: Float[Array, "10"]) -> Float[Array, "3"]:
@@ -111,8 +111,8 @@ def _into_body(rotation: Float[Array, "3 3"], v: Float[Array, "3"]) -> Float[Arr
     return jnp.sum(rotation * v[:, None], axis=0)
 
 
-def _solve(matrix: Float[Array, "3 3"], right: Float[Array, "3"]) -> Float[Array, "3"]:
-    """Solve a 3 × 3 system by Cramer's rule: far cheaper than a factorisation, and K is well conditioned."""
+def solve_3x3(matrix: Float[Array, "3 3"], right: Float[Array, "3"]) -> Float[Array, "3"]:
+    """Solve a 3 × 3 system by Cramer's rule, far cheaper than a factorisation at this size."""
     a, b, c = matrix
     cofactors = jnp.stack([jnp.cross(b, c), jnp.cross(c, a), jnp.cross(a, b)])
     return jnp.sum(cofactors * right[:, None], axis=0) / jnp.sum(a * cofactors[0])

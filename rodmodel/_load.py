@@ -82,7 +82,7 @@ def _rod(calibration: Calibration, turns: int) -> Rod:
 
 def _turns(calibration: Calibration, psi: float) -> int | None:
     """Turns by 120° that take the calibrated section to the orientation ψ; None where none does."""
-    period = math.pi if calibration.layout.name == "double-helix" else 2.0 * math.pi
+    period = 3.0 * calibration.layout.symmetry
     for turns in range(3):
         left = math.remainder(psi - calibration.layout.psi - turns * 2.0 * math.pi / 3.0, period)
         if abs(left) < _SAME:
@@ -92,8 +92,5 @@ def _turns(calibration: Calibration, psi: float) -> int | None:
 
 def _describe(calibration: Calibration) -> str:
     layout = calibration.layout
-    step = 60 if layout.name == "double-helix" else 120
-    return (
-        f"{layout.name} with psi {math.degrees(layout.psi):g} deg or a multiple of {step} deg from it, "
-        f"pitch {1e3 * layout.pitch:g} mm"
-    )
+    psi, step = math.degrees(layout.psi), math.degrees(layout.symmetry)
+    return f"{layout.name}, pitch {1e3 * layout.pitch:g} mm, psi {psi:g} deg and every {step:g} deg from it"

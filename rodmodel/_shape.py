@@ -12,30 +12,27 @@ from jaxtyping import Array, Float
 from rodmodel._nodes import DEGREE, TO_COEFFICIENTS, WEIGHTS
 from rodmodel._rotation import rotation_of, screw
 
+# Less than half a turn between two of them, up to eight turns.
 _ARC_SAMPLES = 17
 
 
 class Shape(eqx.Module):
-    """Position, frame and curvature along the body, and how to sum over it."""
+    """Pose and curvature along the body, and how to sum over it."""
 
     length: eqx.AbstractVar[float]
     """Of the body [m]."""
 
     @abc.abstractmethod
-    def position(self, arc_length: Float[Array, ""]) -> Float[Array, "3"]:
-        """Position r(s) [m], world frame."""
-
-    @abc.abstractmethod
-    def rotation(self, arc_length: Float[Array, ""]) -> Float[Array, "3 3"]:
-        """Frame R(s), directors as columns, world frame."""
+    def pose(self, arc_length: Float[Array, ""]) -> tuple[Float[Array, "3"], Float[Array, "3 3"]]:
+        """Position r(s) [m] and frame R(s), directors as columns; world frame."""
 
     @abc.abstractmethod
     def curvature(self, arc_length: Float[Array, ""]) -> Float[Array, "3"]:
         """Curvature and twist u(s) [1/m], body frame."""
 
     @abc.abstractmethod
-    def tangents(self) -> Float[Array, "n 3"]:
-        """Tangents along the body from base to end."""
+    def poses(self) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 3"]]:
+        """Positions [m] and frames along the body, base to end, close enough to count the turns."""
 
     @abc.abstractmethod
     def curvatures(self) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
@@ -49,23 +46,19 @@ class Arc(Shape):
     base_curvature: Float[Array, "3"]
     length: float = eqx.field(static=True)
 
-    def position(self, arc_length: Float[Array, ""]) -> Float[Array, "3"]:
-        """Position r(s) [m], world frame."""
-        return screw(self.base_curvature, arc_length)[0]
-
-    def rotation(self, arc_length: Float[Array, ""]) -> Float[Array, "3 3"]:
-        """Frame R(s), directors as columns, world frame."""
-        return screw(self.base_curvature, arc_length)[1]
+    def pose(self, arc_length: Float[Array, ""]) -> tuple[Float[Array, "3"], Float[Array, "3 3"]]:
+        """Position r(s) [m] and frame R(s), directors as columns; world frame."""
+        return screw(self.base_curvature, arc_length)
 
     def curvature(self, arc_length: Float[Array, ""]) -> Float[Array, "3"]:
         """Curvature and twist u(s) [1/m], body frame."""
         del arc_length
         return self.base_curvature
 
-    def tangents(self) -> Float[Array, "n 3"]:
-        """Tangents along the body from base to end."""
+    def poses(self) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 3"]]:
+        """Positions [m] and frames along the body, base to end, close enough to count the turns."""
         samples = jnp.asarray(np.linspace(0.0, self.length, _ARC_SAMPLES), self.base_curvature.dtype)
-        return jax.vmap(self.rotation)(samples)[:, :, 2]
+        return jax.vmap(self.pose)(samples)
 
     def curvatures(self) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
         """Curvatures [1/m] and the weights [m] that integrate a function of them over the body."""
@@ -82,21 +75,18 @@ class Polynomial(Shape):
     node_curvatures: Float[Array, "nodes 3"]
     length: float = eqx.field(static=True)
 
-    def position(self, arc_length: Float[Array, ""]) -> Float[Array, "3"]:
-        """Position r(s) [m], world frame."""
-        return self._basis(arc_length) @ self.positions
-
-    def rotation(self, arc_length: Float[Array, ""]) -> Float[Array, "3 3"]:
-        """Frame R(s), directors as columns, world frame."""
-        return rotation_of(self._basis(arc_length) @ self.quaternions)
+    def pose(self, arc_length: Float[Array, ""]) -> tuple[Float[Array, "3"], Float[Array, "3 3"]]:
+        """Position r(s) [m] and frame R(s), directors as columns; world frame."""
+        basis = self._basis(arc_length)
+        return basis @ self.positions, rotation_of(basis @ self.quaternions)
 
     def curvature(self, arc_length: Float[Array, ""]) -> Float[Array, "3"]:
         """Curvature and twist u(s) [1/m], body frame."""
         return self._basis(arc_length) @ self.node_curvatures
 
-    def tangents(self) -> Float[Array, "n 3"]:
-        """Tangents along the body from base to end."""
-        return jax.vmap(rotation_of)(self.quaternions)[:, :, 2]
+    def poses(self) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 3"]]:
+        """Positions [m] and frames along the body, base to end, close enough to count the turns."""
+        return self.positions, jax.vmap(rotation_of)(self.quaternions)
 
     def curvatures(self) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
         """Curvatures [1/m] and the weights [m] that integrate a function of them over the body."""

@@ -7,37 +7,59 @@ import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import optimistix as optx
 from jax import custom_derivatives
 from jaxtyping import Array, Bool, Float, Int
 
-from rodmodel._equilibrium import Equilibrium, base_state, split
+from rodmodel._equilibrium import Equilibrium, base_state, solve_3x3, split
 from rodmodel._nodes import INTEGRALS, NODES
 
 _MAX_ODE_STEPS = 256
-_MAX_NEWTON_STEPS = 12
-_MAX_LOAD_STEPS = 64
-_SMALLEST_LOAD_STEP = 2.0**-10
+_MAX_SHOTS = 512
+_SMALLEST_LOAD_STEP = 2.0**-16
 
-# A load step may turn the base by no more than this over the body [rad]: it keeps Newton on the branch of
-# equilibria that the rod takes when the load grows from zero.
-_MAX_TURN = 2.0
+# What keeps the rod on the branch of equilibria that it takes as the load grows from zero: in a load step,
+# no r/L and no part of the quaternion changes by more than the first of these, no u L by more than the second
+# [rad], and each correction of Newton's method is at most the third of the one before (Deuflhard 2011, Newton
+# Methods for Nonlinear Problems, ch. 5). Without them a long load step may end in another equilibrium, a coil.
+_MAX_MOVE = 0.5
+_MAX_TURN = 1.0
+_CONTRACTION = 0.5
 
 
 class Shot(NamedTuple):
     """Result of a solve."""
 
     states: Float[Array, "n 10"]
-    """At the asked fractions of the body."""
+    """At the nodes."""
     load_fraction: Float[Array, ""]
     """Of the loads, at which the states are in equilibrium; 1 where all went well."""
     load_steps: Int[Array, ""]
-    ode_steps: Int[Array, ""]
+    """That succeeded, the free shape included."""
+    shots: Int[Array, ""]
+    """Integrations from base to end."""
+
+
+class _Progress(NamedTuple):
+    reached: Shot
+    turn: Float[Array, "3"]
+    """u L at the base in the equilibrium that was reached."""
+    slope: Float[Array, "3"]
+    """Of `turn` by the load fraction, over the last load step."""
+    step: Float[Array, ""]
+    """Load step that is being tried."""
+    guess: Float[Array, "3"]
+    """u L at the base that Newton's method tries next."""
+    correction: Float[Array, ""]
+    """Size of the last correction to it; infinite for a first guess."""
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(1,))
 def shoot(equilibrium: Equilibrium, tolerance: float) -> Shot:
     """Solve for the equilibrium that the rod reaches from its free shape as the loads grow in proportion.
+
+    The unknown is u L at the base, and Newton's method finds it. After the free shape, the whole load is
+    tried; a load step that fails is halved, and one that succeeds lets the next be twice as long, from a start
+    extrapolated along the last one. Each turn of the loop is one shot.
 
     Parameters
     ----------
@@ -49,9 +71,55 @@ def shoot(equilibrium: Equilibrium, tolerance: float) -> Shot:
     shot : where the full load cannot be reached, the equilibrium at the largest fraction of it that was.
         Derivatives are those of the equilibrium at that fraction, by the implicit function theorem.
     """
-    load_fraction, turn, load_steps = _continuation(equilibrium, tolerance)
-    states, ode_steps = _integrate(_scaled(equilibrium, load_fraction), base_state(turn), tolerance)
-    return Shot(states, load_fraction, load_steps, ode_steps)
+
+    def imbalance(turn: Float[Array, "3"], loaded: Equilibrium) -> tuple[Array, tuple[Array, Array]]:
+        states = _integrate(loaded, base_state(turn), tolerance)
+        missing = loaded.end_imbalance(states[-1])
+        return missing, (missing, states)
+
+    def unfinished(at: _Progress) -> Bool[Array, ""]:
+        possible = (at.step >= _SMALLEST_LOAD_STEP) & (at.reached.shots < _MAX_SHOTS)
+        return (at.reached.load_fraction < 1.0) & possible
+
+    def advance(at: _Progress) -> _Progress:
+        reached = at.reached
+        unloaded = reached.load_steps == 0
+        left = 1.0 - reached.load_fraction
+        target = jnp.where(at.step < left, reached.load_fraction + at.step, 1.0)
+        target = jnp.where(unloaded, 0.0, target)
+        loaded = _scaled(equilibrium, target)
+        slopes, (missing, states) = jax.jacfwd(imbalance, has_aux=True)(at.guess, loaded)
+        correction = -solve_3x3(slopes, missing)
+        size = jnp.max(jnp.abs(correction))
+
+        done = size <= 10.0 * tolerance
+        good = done & (unloaded | _near(states, reached.states))
+        # Written so that a NaN is hopeless.
+        hopeful = ~done & (size <= _CONTRACTION * at.correction) & (size <= _MAX_TURN)
+
+        turn = jnp.where(good, at.guess, at.turn)
+        slope = jnp.where(good & ~unloaded, (at.guess - at.turn) / at.step, at.slope)
+        factor = jnp.where(good & ~unloaded, 2.0, jnp.where(good | hopeful, 1.0, 0.5))
+        step = jnp.minimum(factor * at.step, 1.0 - jnp.where(good, target, reached.load_fraction))
+        return _Progress(
+            reached=Shot(
+                states=jnp.where(good, states, reached.states),
+                load_fraction=jnp.where(good, target, reached.load_fraction),
+                load_steps=reached.load_steps + good,
+                shots=reached.shots + 1,
+            ),
+            turn=turn,
+            slope=slope,
+            step=step,
+            guess=jnp.where(hopeful, at.guess + correction, turn + step * slope),
+            correction=jnp.where(hopeful, size, jnp.inf),
+        )
+
+    free = equilibrium.law.free_curvature * equilibrium.actuator.body_length
+    one, none = jnp.ones_like(free[0]), jnp.zeros((), int)
+    nowhere = Shot(jnp.full((NODES.size, 10), jnp.nan, free.dtype), 0.0 * one, none, none)
+    start = _Progress(nowhere, free, jnp.zeros_like(free), one, free, jnp.inf * one)
+    return jax.lax.while_loop(unfinished, advance, start).reached
 
 
 @shoot.defjvp
@@ -75,7 +143,7 @@ def _shoot_jvp(
     def rates(equilibrium: Equilibrium) -> Float[Array, "n 10"]:
         return jax.vmap(equilibrium.rate)(nodes, states)
 
-    by_base = jax.jacfwd(lambda base: _integrate(reached, base, tolerance)[0])(states[0])
+    by_base = jax.jacfwd(lambda base: _integrate(reached, base, tolerance))(states[0])
     forcing = jax.jvp(rates, (reached,), (reached_dot,))[1]
     pulled_back = jnp.linalg.solve(by_base, forcing[:, :, None])[:, :, 0]
     under_load = jnp.einsum("nij,nj->ni", by_base, jnp.asarray(INTEGRALS, states.dtype) @ pulled_back)
@@ -92,83 +160,14 @@ def _shoot_jvp(
     return shot, no_tangent._replace(states=under_load + by_turn @ turn_dot)
 
 
-class _Progress(NamedTuple):
-    load_fraction: Float[Array, ""]
-    turn: Float[Array, "3"]
-    """u L at the base in equilibrium with that fraction of the loads."""
-    slope: Float[Array, "3"]
-    """Of `turn` by the load fraction, over the last load step."""
-    step: Float[Array, ""]
-    """Load step to try next."""
-    tried: Int[Array, ""]
+def _near(states: Float[Array, "n 10"], others: Float[Array, "n 10"]) -> Bool[Array, ""]:
+    """Whether two shapes are as close as two neighbours on one branch must be."""
+    change = jnp.max(jnp.abs(states - others), axis=0)
+    return jnp.all(change[:7] <= _MAX_MOVE) & jnp.all(change[7:] <= _MAX_TURN)
 
 
-def _continuation(
-    equilibrium: Equilibrium, tolerance: float
-) -> tuple[Float[Array, ""], Float[Array, "3"], Int[Array, ""]]:
-    """Fraction of the load that was reached, u L at the base there, and the load steps that it took.
-
-    The whole load is tried first. A load step that fails is halved; one that succeeds lets the next be
-    twice as long, from a start extrapolated along the last one.
-    """
-    newton: optx.Newton = optx.Newton(rtol=10.0 * tolerance, atol=10.0 * tolerance)
-
-    def residual(turn: Float[Array, "3"], reached: Equilibrium) -> Float[Array, "3"]:
-        return _residual(reached, turn, tolerance)
-
-    def unfinished(at: _Progress) -> Bool[Array, ""]:
-        return (at.load_fraction < 1.0) & (at.step >= _SMALLEST_LOAD_STEP) & (at.tried < _MAX_LOAD_STEPS)
-
-    def advance(at: _Progress) -> _Progress:
-        left = 1.0 - at.load_fraction
-        step = jnp.minimum(at.step, left)
-        target = jnp.where(at.step < left, at.load_fraction + step, 1.0)
-        found: optx.Solution = optx.root_find(
-            residual,
-            newton,
-            at.turn + at.slope * step,
-            args=_scaled(equilibrium, target),
-            max_steps=_MAX_NEWTON_STEPS,
-            throw=False,
-        )
-        moved = found.value - at.turn
-        good = (found.result == optx.RESULTS.successful) & (jnp.max(jnp.abs(moved)) <= _MAX_TURN)
-        return _Progress(
-            load_fraction=jnp.where(good, target, at.load_fraction),
-            turn=jnp.where(good, found.value, at.turn),
-            slope=jnp.where(good, moved / step, at.slope),
-            step=jnp.where(good, 2.0, 0.5) * step,
-            tried=at.tried + 1,
-        )
-
-    free = equilibrium.law.free_curvature * equilibrium.actuator.body_length
-    one = jnp.ones_like(free[0])
-    start = _Progress(jnp.zeros_like(one), free, jnp.zeros_like(free), one, jnp.zeros((), int))
-    end = jax.lax.while_loop(unfinished, advance, start)
-    return end.load_fraction, end.turn, end.tried
-
-
-def _residual(equilibrium: Equilibrium, turn: Float[Array, "3"], tolerance: float) -> Float[Array, "3"]:
-    """Imbalance at the end for a curvature u L = `turn` at the base, as the turn that it causes [rad]."""
-    law, length = equilibrium.law, equilibrium.actuator.body_length
-    end = _integrate(equilibrium, base_state(turn), tolerance, diffrax.SaveAt(t1=True))[0][-1]
-    stiffness = jnp.trace(law.stiffness(law.free_curvature)) / 3.0
-    return equilibrium.end_imbalance(end) * (length / stiffness)
-
-
-def _integrate(
-    equilibrium: Equilibrium,
-    base: Float[Array, "10"],
-    tolerance: float,
-    saveat: diffrax.SaveAt | None = None,
-) -> tuple[Float[Array, "n 10"], Int[Array, ""]]:
-    """Integrate from the state at the base to the end of the body.
-
-    Returns
-    -------
-    states : where `saveat` asks, else at the nodes.
-    steps : that were accepted.
-    """
+def _integrate(equilibrium: Equilibrium, base: Float[Array, "10"], tolerance: float) -> Float[Array, "n 10"]:
+    """Integrate from the state at the base to the end of the body; the states at the nodes."""
     solution = diffrax.diffeqsolve(
         diffrax.ODETerm(lambda fraction, state, equilibrium: equilibrium.rate(fraction, state)),
         diffrax.Dopri8(),
@@ -177,14 +176,14 @@ def _integrate(
         dt0=0.1,
         y0=base,
         args=equilibrium,
-        saveat=diffrax.SaveAt(ts=jnp.asarray(NODES, base.dtype)) if saveat is None else saveat,
+        saveat=diffrax.SaveAt(ts=jnp.asarray(NODES, base.dtype)),
         stepsize_controller=diffrax.PIDController(rtol=tolerance, atol=tolerance),
         adjoint=diffrax.ForwardMode(),
         max_steps=_MAX_ODE_STEPS,
         throw=False,
     )
     states: Any = solution.ys
-    return states, solution.stats["num_accepted_steps"]
+    return states
 
 
 def _scaled(equilibrium: Equilibrium, fraction: Float[Array, ""]) -> Equilibrium:

@@ -30,7 +30,7 @@ class Solution(eqx.Module):
     in_domain : whether the pressures, and the moment everywhere on the body, are those of the calibration.
     error_estimate : 95th percentile of the error of the free-bending angle against the FEM, over held-out
         states of the calibration [rad]; NaN outside its domain. It says nothing of what the FEM leaves out.
-    stats : `load_fraction` reached, `load_steps` tried and `ode_steps` of the last integration.
+    stats : `load_fraction` reached, `load_steps` that it took, and `shots`: integrations from base to end.
     shape : of the body's axis, for the methods.
     cap_length : [m].
     """
@@ -58,40 +58,57 @@ class Solution(eqx.Module):
         -------
         position : [m], world frame.
         """
-
-        def position(s: Float[Array, ""]) -> Float[Array, "3"]:
-            body = jnp.minimum(s, self.shape.length)
-            return self.shape.position(body) + (s - body) * self.shape.rotation(body)[:, 2]
-
-        return self._along(position, arc_length)
+        return self._along(Solution._position, arc_length)
 
     def frames(self, arc_length: ArrayLike) -> Float[Array, "*s 3 3"]:
-        """Frame R(s): the directors d₁, d₂, d₃ as columns, world frame. The cap has that of the body's end.
+        """Frame R(s). The cap has that of the body's end.
 
         Parameters
         ----------
         arc_length : s [m], any shape, from 0 at the base to the cap's outer face; NaN comes back for others.
+
+        Returns
+        -------
+        frame : directors d₁, d₂, d₃ as columns, world frame.
         """
-        return self._along(lambda s: self.shape.rotation(jnp.minimum(s, self.shape.length)), arc_length)
+        return self._along(Solution._rotation, arc_length)
 
     def curvature(self, arc_length: ArrayLike) -> Float[Array, "*s 3"]:
-        """Curvature and twist u(s) [1/m], body frame; zero in the cap, which is rigid.
+        """Curvature and twist u(s); zero in the cap, which is rigid.
 
         Parameters
         ----------
         arc_length : s [m], any shape, from 0 at the base to the cap's outer face; NaN comes back for others.
+
+        Returns
+        -------
+        curvature : [1/m], body frame.
         """
+        return self._along(Solution._curvature, arc_length)
 
-        def curvature(s: Float[Array, ""]) -> Float[Array, "3"]:
-            u = self.shape.curvature(jnp.minimum(s, self.shape.length))
-            return jnp.where(s <= self.shape.length, u, jnp.zeros_like(u))
+    def _position(self, s: Float[Array, ""]) -> Float[Array, "3"]:
+        body = jnp.minimum(s, self.shape.length)
+        position, rotation = self.shape.pose(body)
+        return position + (s - body) * rotation[:, 2]
 
-        return self._along(curvature, arc_length)
+    def _rotation(self, s: Float[Array, ""]) -> Float[Array, "3 3"]:
+        return self.shape.pose(jnp.minimum(s, self.shape.length))[1]
 
-    def _along(self, quantity: Callable[[Float[Array, ""]], Array], arc_length: ArrayLike) -> Array:
-        """Evaluate at each arc length; NaN outside the rod."""
-        s = jnp.asarray(arc_length, self.tip_position.dtype)
-        values = jax.vmap(quantity)(s.ravel())
-        end = (self.shape.length + self.cap_length) * (1.0 + jnp.finfo(s.dtype).eps)
+    def _curvature(self, s: Float[Array, ""]) -> Float[Array, "3"]:
+        curvature = self.shape.curvature(jnp.minimum(s, self.shape.length))
+        return jnp.where(s <= self.shape.length, curvature, jnp.zeros_like(curvature))
+
+    def _along(
+        self, quantity: Callable[["Solution", Float[Array, ""]], Array], arc_length: ArrayLike
+    ) -> Array:
+        return self._evaluate(quantity, jnp.asarray(arc_length, self.tip_position.dtype))
+
+    @eqx.filter_jit
+    def _evaluate(
+        self, quantity: Callable[["Solution", Float[Array, ""]], Array], s: Float[Array, "*s"]
+    ) -> Array:
+        """Evaluate at each arc length; NaN outside the rod, a rounding of its length left aside."""
+        values = jax.vmap(lambda s: quantity(self, s))(s.ravel())
+        end = (self.shape.length + self.cap_length) * (1.0 + 4.0 * jnp.finfo(s.dtype).eps)
         inside = ((s >= 0.0) & (s <= end)).reshape((-1,) + (1,) * (values.ndim - 1))
         return jnp.where(inside, values, jnp.nan).reshape(s.shape + values.shape[1:])

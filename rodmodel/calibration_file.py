@@ -15,13 +15,15 @@
 """
 
 import json
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, ArrayLike, Bool, Float
 
 from rodmodel._record import CalibrationFileError, Record
 from rodmodel.section import FreeStateExpansion
@@ -29,6 +31,8 @@ from rodmodel.section import FreeStateExpansion
 SCHEMA = "rodmodel-calibration"
 VERSION = 1
 LAW_KIND = "free-state-expansion"
+
+_SLACK = 1.0 + 1e-6
 
 
 @dataclass(frozen=True)
@@ -38,6 +42,15 @@ class Layout:
     name: str
     psi: float
     pitch: float
+
+    @property
+    def symmetry(self) -> float:
+        """Step of ψ between sections that differ only in how their chambers are numbered [rad].
+
+        A turn by 120° renumbers the chambers. The double helix crosses itself every 180°, half a pitch apart,
+        so that a shift by half a pitch makes ψ + 180° of ψ: together, steps of 60°.
+        """
+        return math.pi / 3.0 if self.name == "double-helix" else 2.0 * math.pi / 3.0
 
 
 @dataclass(frozen=True)
@@ -61,6 +74,16 @@ class Domain:
     pressure_max: tuple[float, float, float]
     pressure_sum_max: float
     moment_max: float
+
+    def covers_pressure(self, pressure: Sequence[float] | np.ndarray | Array) -> Bool[ArrayLike, ""]:
+        """Whether three pressures [Pa] are inside, the rounding of a change of units left aside."""
+        first, second, third = pressure
+        below = [p <= _SLACK * maximum for p, maximum in zip(pressure, self.pressure_max, strict=True)]
+        return below[0] & below[1] & below[2] & (first + second + third <= _SLACK * self.pressure_sum_max)
+
+    def covers_moment(self, moment: Float[Array, "3"]) -> Bool[Array, ""]:
+        """Whether a moment [N m] is inside."""
+        return jnp.sum(moment**2) <= (_SLACK * self.moment_max) ** 2
 
 
 @dataclass(frozen=True)

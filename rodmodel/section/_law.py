@@ -102,7 +102,7 @@ class SectionLaw(eqx.Module):
         -------
         volume : of each chamber, per length of the axis [m²].
         """
-        return -jax.grad(self.potential, argnums=1)(curvature, pressure)
+        return -jax.jacfwd(self.potential, argnums=1)(curvature, pressure)
 
     def free_curvature(self, pressure: Float[Array, "3"]) -> Float[Array, "3"]:
         """Curvature û(p) at which the moment vanishes.

@@ -1,9 +1,12 @@
-"""Section laws, rods and calibrations of known behaviour, for tests: none of them is a calibration of anything."""
+"""Section laws, rods and calibrations of known behaviour, for tests: none of them calibrates anything."""
+
+import itertools
 
 import jax.numpy as jnp
 import numpy as np
+
 import rodmodel
-from rodmodel.section import FreeStateExpansion
+from rodmodel import FreeStateExpansion
 
 BENDING_STIFFNESS = 2.45e-4  # EI [N m²]
 TORSION_RATIO = 0.9  # GJ/EI
@@ -45,16 +48,14 @@ def bending_law(
 ) -> FreeStateExpansion:
     """Random law with the actuator's sizes: one chamber at full pressure bends it by 52 1/m to its far side.
 
-    The hidden layers are random, and the last one random but for the free curvature, whose weights are the least
-    squares to a smooth curve. The stiffness varies by tens of per cent with pressure and curvature.
+    The hidden layers are random, and so is the last one but for the free curvature, whose weights fit a
+    smooth curve by least squares. The stiffness varies by tens of per cent with pressure and curvature.
     """
     rng = np.random.default_rng(seed)
     sizes = [3, *hidden]
-    weights = [rng.normal(size=(n, m)) / np.sqrt(m) for m, n in zip(sizes[:-1], sizes[1:], strict=True)]
+    weights = [rng.normal(size=(n, m)) / np.sqrt(m) for m, n in itertools.pairwise(sizes)]
     biases = [0.3 * rng.normal(size=n) for n in sizes[1:]]
-    last = np.concatenate(
-        [rng.normal(size=(4, sizes[-1])), rng.normal(size=(6, sizes[-1])), rng.normal(size=(25, sizes[-1]))]
-    )
+    last = rng.normal(size=(35, sizes[-1]))
     last *= np.repeat([0.2, 0.1, 0.02, 0.01], [4, 6, 10, 15])[:, None] / np.sqrt(sizes[-1])
     bias = np.zeros(35)
     bias[[_K11, _K22, _K33]] = 1.0, 1.0, TORSION_RATIO

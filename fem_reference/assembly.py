@@ -1,6 +1,4 @@
-"""Assembly of batched local matrices into the upper triangle of a symmetric sparse matrix, with a cached pattern."""
-
-from __future__ import annotations
+"""Assembly of batched local matrices into a symmetric sparse matrix with a cached pattern."""
 
 import numpy as np
 import scipy.sparse as sparse
@@ -24,6 +22,8 @@ class SparsePattern:
         entries: tuple[Int[np.ndarray, " n"], Int[np.ndarray, " n"]],
     ) -> None:
         self.size = size
+        #: Counts the patterns that this object has had, so that a solver knows when to analyse anew.
+        self.revision = 0
         self._local_keys = []
         self._chosen = []
         for dofs in groups:
@@ -53,14 +53,14 @@ class SparsePattern:
     def __len__(self) -> int:
         return len(self._keys)
 
-    def extend(self, rows: Int[np.ndarray, " n"], columns: Int[np.ndarray, " n"]) -> bool:
-        """Add entries of the upper triangle that the pattern lacks; tell whether there were any."""
-        wanted = np.unique(rows * np.int64(self.size) + columns)
+    def extend(self, rows: Int[np.ndarray, " n"], columns: Int[np.ndarray, " n"]) -> None:
+        """Add the entries of the upper triangle that the pattern lacks; a change raises ``revision``."""
+        wanted = rows * np.int64(self.size) + columns
         at = np.minimum(np.searchsorted(self._keys, wanted), len(self._keys) - 1)
         missing = wanted[self._keys[at] != wanted]
         if missing.size:
             self._set(np.union1d(self._keys, missing))
-        return bool(missing.size)
+            self.revision += 1
 
     def add_group(
         self, data: Float[np.ndarray, " nonzeros"], group: int, local: Float[np.ndarray, "blocks n n"]

@@ -3,27 +3,27 @@
 This is the package's SI face: millimetres, megapascals and newtons stay inside.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float
 
-from fem_reference.cell_equations import CellEquations, Configuration
+from fem_reference.cell_equations import CellEquations
 from fem_reference.condensation import condense
+from fem_reference.configuration import Configuration
 from fem_reference.geometry import ActuatorGeometry, as_vector
 from fem_reference.linear_solver import SymmetricSolver, default_solver
 from fem_reference.material import Ogden
 from fem_reference.mesh import mesh_level
-from fem_reference.newton import Equilibrium, Target
-from fem_reference.path import PathFailure, PathFollower
+from fem_reference.newton import Equilibrium, NewtonError, Target, solve_equilibrium
+from fem_reference.path import PathError, PathFollower
 from fem_reference.winding import DoubleHelix, Thread, Winding
 
 _MM = 1e3
 _MPA = 1e6
 _MAX_PRESSURE = 0.2e6
+_UNLOADED = Target(np.zeros(3), moment=np.zeros(3))
 
 
 @dataclass(frozen=True)
@@ -174,15 +174,12 @@ class PeriodCell:
         """
         return next(iter(follow(self, [load], start)))
 
-    def _follower(self) -> PathFollower:
-        follower = PathFollower(self.equations, self._solver)
+    def _at_rest(self) -> Equilibrium:
+        """Equilibrium without load, solved once."""
         if self._rest is None:
-            follower.start(Target(np.zeros(3), moment=np.zeros(3)), self.equations.rest())
-            self._rest = follower.equilibrium
+            self._rest = solve_equilibrium(self.equations, self._solver, _UNLOADED, self.equations.rest())
             self._rest_energy = self.equations.energy(self._rest.configuration)
-        else:
-            follower.equilibrium, follower.target = self._rest, Target(np.zeros(3), moment=np.zeros(3))
-        return follower
+        return self._rest
 
     def _state(self, load: Load, found: Equilibrium, target: Target, iterations: int) -> CellState:
         equations = self.equations
@@ -218,49 +215,53 @@ class PeriodCell:
 def follow(cell: PeriodCell, loads: Iterable[Load], start: CellState | None = None) -> Iterator[CellState]:
     """Follow a path of loads by continuation and yield the state at each.
 
-    Between loads of different kind (moment, then imposed curvature, or back) the path changes over at the present
-    state, whose moment and curvature belong together.
+    Between loads of different kind (moment, then imposed curvature, or back) the path changes over at the
+    present state, whose moment and curvature belong together.
 
     Raises
     ------
     CellError
         When a load is not reached; the states before have been yielded.
     """
+    equations, solver = cell.equations, cell._solver
     state = start
-    follower: PathFollower | None = None
     try:
-        follower = cell._follower()
+        here, target = cell._at_rest(), _UNLOADED
         if start is not None:
-            follower.start(start.load._target(), start.configuration)
+            target = start.load._target()
+            here = solve_equilibrium(equations, solver, target, start.configuration)
+        follower = PathFollower(equations, solver, here, target)
         for load in loads:
             before = follower.iterations
             goal = load._target()
-            _change_over(cell, follower, goal)
+            follower.target = _restated(follower.target, follower.equilibrium, goal, equations.period)
             found = follower.follow(goal)
             state = cell._state(load, found, goal, follower.iterations - before)
             yield state
-    except PathFailure as error:
-        reached = state
-        if error.last is not None and error.target is not None:
-            follower.start(error.target, error.last.configuration)
-            reached = cell._state(_load_of(error.target), follower.equilibrium, error.target, 0)
+    except NewtonError as error:
+        raise CellError(f"the cell did not converge at the start: {error}", state) from error
+    except PathError as error:
+        last = solve_equilibrium(equations, solver, error.target, error.last.configuration)
+        reached = cell._state(_load_of(error.target), last, error.target, 0)
         raise CellError(f"the cell did not converge: {error}", reached) from error
 
 
-def _change_over(cell: PeriodCell, follower: PathFollower, goal: Target) -> None:
-    """Restate the present equilibrium in the goal's terms: by its curvature, or by its moment."""
-    here = follower.target
+def _restated(here: Target, at: Equilibrium, goal: Target, period: float) -> Target:
+    """The target at hand in the goal's terms, if these are others: by its curvature, or by its moment."""
     if (goal.curvature is None) == (here.curvature is None):
-        return
-    at = follower.equilibrium
+        return here
     if goal.curvature is not None:
-        follower.target = Target(here.pressure, curvature=at.configuration.curvature)
-    else:
-        follower.target = Target(here.pressure, moment=at.linear.curvature_residual / cell.equations.period)
+        return Target(here.pressure, curvature=at.configuration.curvature)
+    return Target(here.pressure, moment=at.linear.curvature_residual / period)
 
 
 def _load_of(target: Target) -> Load:
-    pressure = tuple(float(p) for p in target.pressure * _MPA)
+    pressure = _triple(target.pressure * _MPA)
     if target.curvature is not None:
-        return Load(pressure, curvature=tuple(float(u) for u in target.curvature * _MM))
-    return Load(pressure, moment=tuple(float(m) for m in target.moment / _MM))
+        return Load(pressure, curvature=_triple(target.curvature * _MM))
+    return Load(pressure, moment=None if target.moment is None else _triple(target.moment / _MM))
+
+
+def _triple(vector: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
+    first, second, third = (float(value) for value in vector)
+    return first, second, third

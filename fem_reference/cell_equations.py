@@ -1,22 +1,21 @@
-"""Equilibrium of the period cell: its energy, residual and Hessian in the nodes, the curvature u and the pressures p.
+"""Equilibrium of the period cell: energy, residual and Hessian in the nodes, the curvature u and p.
 
 Total energy of one period (N, mm, MPa):
 
     E(x, u, p) = solid + thread + rod contact + wall contact + period·EI/2 (u1² + u2²) − Σ_k p_k V_k.
 
-Two multipliers hold the gauge: mean axial slip and mean rotation about the rod of the bottom section are zero.
+Two multipliers hold the gauge: mean axial slip and mean rotation about the rod of the bottom section are
+zero.
 """
 
-from __future__ import annotations
-
-from dataclasses import dataclass
-
 import numpy as np
+import scipy.sparse as sparse
 import skfem
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from fem_reference.assembly import SparsePattern
 from fem_reference.chamber import Chamber
+from fem_reference.configuration import Configuration, Linearisation, Step
 from fem_reference.geometry import ActuatorGeometry
 from fem_reference.helical import HelicalFrame, HelicalMap
 from fem_reference.material import Ogden
@@ -32,64 +31,9 @@ from fem_reference.winding import Thread, Winding
 _GAUGE_COMPLIANCE = 1e-9
 #: Number of gauges: mean slip and mean rotation.
 GAUGES = 2
-# Bending stiffness of the rod's solid part, E π r⁴/4 with E = 5 MPa; the paper's embedded beam only fixes its length.
+# Bending stiffness of the rod's solid part, E π r⁴/4 with E = 5 MPa; the paper's embedded beam only fixes its
+# length.
 ROD_YOUNG_MODULUS = 5.0
-
-
-@dataclass(frozen=True)
-class Configuration:
-    """Unknowns of the cell.
-
-    Parameters
-    ----------
-    positions : of the independent nodes [mm].
-    curvature : u [1/mm].
-    element_pressure : π_e [MPa] and segment_tension [N], independent while Newton iterates.
-    multipliers : of the gauge [N].
-    """
-
-    positions: Float[np.ndarray, "free 3"]
-    curvature: Float[np.ndarray, "3"]
-    element_pressure: Float[np.ndarray, " elements"]
-    segment_tension: Float[np.ndarray, " segments"]
-    multipliers: Float[np.ndarray, "2"]
-
-    def extrapolate(self, earlier: Configuration, ratio: float) -> Configuration:
-        """Continue the step from ``earlier`` to this one by ``ratio`` of its length."""
-        return Configuration(
-            *(
-                getattr(self, name) + ratio * (getattr(self, name) - getattr(earlier, name))
-                for name in self.__dataclass_fields__
-            )
-        )
-
-
-@dataclass(frozen=True)
-class Step:
-    """Newton step; see `Configuration`."""
-
-    positions: Float[np.ndarray, "free 3"]
-    curvature: Float[np.ndarray, "3"]
-    multipliers: Float[np.ndarray, "2"]
-
-
-@dataclass(frozen=True)
-class Linearisation:
-    """Residual and Hessian at a configuration; ``q`` stands for the independent nodes and the multipliers."""
-
-    residual: Float[np.ndarray, " q"]
-    curvature_residual: Float[np.ndarray, "3"]
-    data: Float[np.ndarray, " nonzeros"]
-    node_curvature: Float[np.ndarray, "q 3"]
-    node_pressure: Float[np.ndarray, "q 3"]
-    curvature_curvature: Float[np.ndarray, "3 3"]
-    curvature_pressure: Float[np.ndarray, "3 3"]
-    volume: Float[np.ndarray, "3"]
-    pattern_grew: bool
-    walls_touch: bool
-    frame: HelicalFrame
-    volume_gradient: Float[np.ndarray, "elements 24"]
-    length_gradient: Float[np.ndarray, "segments 48"]
 
 
 class CellEquations:
@@ -118,9 +62,12 @@ class CellEquations:
         radius = geometry.cavity_diameter / 2.0 * MILLIMETRE
         self.rod = self._rod_contact(radius)
         self.rod_stiffness = ROD_YOUNG_MODULUS * np.pi * radius**4 / 4.0 * np.array([1.0, 1.0, 0.0])
+        self._rest_positions = self.mesh.p.T[self.helical.independent]
         self._gauge = self._gauge_rows()
+        self._gauge_entries = self._gauge_matrix_entries()
         self.size = 3 * self.helical.count + GAUGES
-        self.pattern = self._sparse_pattern()
+        groups = [self.helical.reduced_dofs(g) for g in self._connectivities()]
+        self.pattern = SparsePattern(self.size, groups, self._gauge_entries[:2])
 
     def _nodal_areas(self, boundary: str) -> Float[np.ndarray, " nodes"]:
         """Share of a boundary's reference area that belongs to each node [mm²]."""
@@ -136,28 +83,28 @@ class CellEquations:
         free = self.helical.base[nodes]
         return RodContact(nodes, areas[free], radius, self.mesh.p[2, nodes])
 
-    def _gauge_rows(self) -> Float[np.ndarray, "2 free 3"]:
-        """Mean axial displacement, and mean rotation about the rod times the mean radius, of the bottom section."""
+    def _gauge_rows(self) -> Float[np.ndarray, "2 freedoms"]:
+        """Mean axial displacement and mean rotation, times the mean radius, of the bottom section."""
         weight = self._nodal_areas(BOTTOM)[self.helical.independent]
         weight /= weight.sum()
-        x, y = self.mesh.p[0, self.helical.independent], self.mesh.p[1, self.helical.independent]
+        x, y, _ = self._rest_positions.T
+        arm = np.sqrt(float((weight * (x**2 + y**2)).sum()))
         rows = np.zeros((GAUGES, self.helical.count, 3))
         rows[0, :, 2] = weight
-        inertia = float((weight * (x**2 + y**2)).sum())
-        rows[1, :, 0] = -weight * y / np.sqrt(inertia)
-        rows[1, :, 1] = weight * x / np.sqrt(inertia)
-        return rows
+        rows[1, :, 0] = -weight * y / arm
+        rows[1, :, 1] = weight * x / arm
+        return rows.reshape(GAUGES, -1)
 
-    def _sparse_pattern(self) -> SparsePattern:
-        map_ = self.helical
-        groups = [map_.reduced_dofs(g) for g in self._connectivities()]
-        last = 3 * map_.count
-        row, column = [], []
-        for k in range(GAUGES):
-            coupled = np.flatnonzero(self._gauge[k].ravel())
-            row.append(coupled)
-            column.append(np.full(len(coupled), last + k))
-        return SparsePattern(self.size, groups, (np.concatenate(row), np.concatenate(column)))
+    def _gauge_matrix_entries(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rows, columns and values of the gauge in the system's upper triangle."""
+        gauge, node = np.nonzero(self._gauge)
+        first = self._gauge.shape[1]
+        own = first + np.arange(GAUGES)
+        return (
+            np.concatenate([node, own]),
+            np.concatenate([first + gauge, own]),
+            np.concatenate([self._gauge[gauge, node], np.full(GAUGES, -_GAUGE_COMPLIANCE)]),
+        )
 
     def _connectivities(self) -> list[np.ndarray]:
         return [
@@ -170,7 +117,7 @@ class CellEquations:
     def rest(self) -> Configuration:
         """The unloaded cell."""
         return Configuration(
-            positions=self.mesh.p.T[self.helical.independent].copy(),
+            positions=self._rest_positions.copy(),
             curvature=np.zeros(3),
             element_pressure=np.zeros(len(self.solid)),
             segment_tension=np.zeros(len(self.thread)),
@@ -207,91 +154,70 @@ class CellEquations:
         ----------
         at : configuration.
         pressure : of the chambers [MPa].
-        exact : take the element pressures and tensions from the deformation, so that the matrix is the Hessian of the
-            energy even away from equilibrium.
+        exact : take the element pressures and tensions from the deformation, so that the matrix is the
+            Hessian of the energy even away from equilibrium.
         """
         series = screw_series(at.curvature, self.reach)
         frame = HelicalFrame(self.helical, at.positions, series)
         x = frame.positions
-        groups = self._connectivities()
         solid = self.solid.response(x, None if exact else at.element_pressure)
         thread = self.thread.response(x, None if exact else at.segment_tension)
         rod = self.rod.response(x, series)
-
-        volume_force = np.zeros((len(x), 3, 3))
+        walls = self.walls.response(x)
+        volume_gradients = [chamber.gradient(x) for chamber in self.chambers]
         parts = [solid[:2], thread[:2]]
-        for k, chamber in enumerate(self.chambers):
-            gradient = chamber.gradient(x)
-            volume_force[:, :, k] = _scatter(chamber.triangles, gradient, len(x))
-            parts.append((-pressure[k] * gradient, -pressure[k] * chamber.hessian(x)))
+        for p, chamber, gradient in zip(pressure, self.chambers, volume_gradients, strict=True):
+            parts.append((-p * gradient, -p * chamber.hessian(x)))
         parts.append((rod.node_force, rod.node_stiffness))
 
-        data = np.zeros(len(self.pattern))
+        # Forces, and stiffness times ∂x/∂u, over all nodes; stiffness over the independent ones.
         force = np.zeros_like(x)
         columns = np.zeros((len(x), 3, 3))
-        blocks = []
-        for nodes, (local_force, local_stiffness) in zip(groups, parts, strict=True):
+        np.add.at(columns, self.rod.nodes, rod.node_curvature)
+        if walls is not None:
+            force += walls[0]
+            columns += (walls[1] @ frame.curvature_motion.reshape(-1, 3)).reshape(-1, 3, 3)
+            wall_entries = _upper_entries(frame, walls[1])
+            self.pattern.extend(*wall_entries[:2])
+        data = np.zeros(len(self.pattern))
+        if walls is not None:
+            self.pattern.add_entries(data, *wall_entries)
+        for group, (nodes, (local_force, local_stiffness)) in enumerate(
+            zip(self._connectivities(), parts, strict=True)
+        ):
             force += _scatter(nodes, local_force, len(x))
             columns += frame.block_columns(nodes, local_stiffness)
-            blocks.append(frame.rotate_blocks(nodes, local_stiffness))
-        np.add.at(columns, self.rod.nodes, rod.node_curvature)
-
-        grew = False
-        walls = self.walls.response(x)
-        if walls is not None:
-            wall_force, wall_hessian = walls
-            force += wall_force
-            transformation = frame.transformation()
-            columns += (wall_hessian.tocsr() @ frame.curvature_motion.reshape(-1, 3)).reshape(-1, 3, 3)
-            reduced = (transformation.T @ wall_hessian @ transformation).tocoo()
-            upper = reduced.row <= reduced.col
-            entries = (
-                reduced.row[upper].astype(np.int64),
-                reduced.col[upper].astype(np.int64),
-                reduced.data[upper],
-            )
-            grew = self.pattern.extend(entries[0], entries[1])
-            data = np.zeros(len(self.pattern))
-            self.pattern.add_entries(data, *entries)
-        for group, local in enumerate(blocks):
-            self.pattern.add_group(data, group, local)
+            self.pattern.add_group(data, group, frame.rotate_blocks(nodes, local_stiffness))
+        self.pattern.add_entries(data, *self._gauge_entries)
 
         free_force, curvature_force = frame.pull_force(force)
-        mixed, curvature_curvature = frame.geometric(force)
-        pulled, pulled_u = frame.pull_columns(columns)
-        volume_free, volume_u = frame.pull_columns(volume_force)
-        # `pull_columns` carries the rod's (node, u) block to u once; a cavity node is never an image, so it adds nothing.
-        gauge_matrix = self._gauge.reshape(GAUGES, -1)
-        rest = self.mesh.p.T[self.helical.independent]
-        slip = gauge_matrix @ (at.positions - rest).ravel()
-        last = 3 * self.helical.count
-        for k in range(GAUGES):
-            coupled = np.flatnonzero(gauge_matrix[k])
-            self.pattern.add_entries(data, coupled, np.full(len(coupled), last + k), gauge_matrix[k, coupled])
-            self.pattern.add_entries(
-                data, np.array([last + k]), np.array([last + k]), np.array([-_GAUGE_COMPLIANCE])
-            )
+        free_columns, curvature_columns = frame.pull_columns(columns)
+        mixed, curvature_geometric = frame.geometric(force)
+        volume_force = np.stack(
+            [_scatter(c.triangles, g, len(x)) for c, g in zip(self.chambers, volume_gradients, strict=True)],
+            axis=-1,
+        )
+        volume_free, volume_curvature = frame.pull_columns(volume_force)
+        slip = self._gauge @ (at.positions - self._rest_positions).ravel()
+        beam = self.period * self.rod_stiffness
         zeros = np.zeros((GAUGES, 3))
         return Linearisation(
             residual=np.concatenate(
                 [
-                    free_force.ravel() + at.multipliers @ gauge_matrix,
+                    free_force.ravel() + at.multipliers @ self._gauge,
                     slip - _GAUGE_COMPLIANCE * at.multipliers,
                 ]
             ),
-            curvature_residual=curvature_force
-            + rod.curvature_force
-            + self.period * self.rod_stiffness * at.curvature,
+            curvature_residual=curvature_force + rod.curvature_force + beam * at.curvature,
             data=data,
-            node_curvature=np.concatenate([(pulled + mixed).reshape(-1, 3), zeros]),
+            node_curvature=np.concatenate([(free_columns + mixed).reshape(-1, 3), zeros]),
             node_pressure=np.concatenate([-volume_free.reshape(-1, 3), zeros]),
-            curvature_curvature=pulled_u
-            + curvature_curvature
+            curvature_curvature=curvature_columns
+            + curvature_geometric
             + rod.curvature_stiffness
-            + self.period * np.diag(self.rod_stiffness),
-            curvature_pressure=-volume_u,
+            + np.diag(beam),
+            curvature_pressure=-volume_curvature,
             volume=np.array([c.volume(x) for c in self.chambers]),
-            pattern_grew=grew,
             walls_touch=walls is not None,
             frame=frame,
             volume_gradient=solid[2],
@@ -324,3 +250,13 @@ def _scatter(nodes: np.ndarray, local: np.ndarray, count: int) -> Float[np.ndarr
     """Sum local nodal vectors into an array over all nodes."""
     dofs = (3 * nodes[:, :, None] + np.arange(3)).ravel()
     return np.bincount(dofs, weights=local.ravel(), minlength=3 * count).reshape(count, 3)
+
+
+def _upper_entries(
+    frame: HelicalFrame, hessian: sparse.csr_matrix
+) -> tuple[Int[np.ndarray, " n"], Int[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+    """A sparse Hessian over all nodes as entries of the upper triangle over the independent ones."""
+    transformation = frame.transformation()
+    reduced = (transformation.T @ hessian @ transformation).tocoo()
+    upper = reduced.row <= reduced.col
+    return reduced.row[upper].astype(np.int64), reduced.col[upper].astype(np.int64), reduced.data[upper]

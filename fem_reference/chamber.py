@@ -1,12 +1,10 @@
 """Volume of the closed chambers with its gradient and Hessian: the follower pressure's work, exactly.
 
 A chamber's wall is split into triangles and closed by fans over the loops where it is cut. The volume is
-Σ_t w_t/6 det(a, b, c): a bilinear quadrilateral is the mean of its two splittings, so wall facets enter with weight ½.
-On a helically periodic cell the fans' choice of apex drops out, because the two cuts are images of each other.
-Lengths mm.
+Σ_t w_t/6 det(a, b, c): a bilinear quadrilateral is the mean of its two splittings, so wall facets enter with
+weight ½. On a helically periodic cell the fans' choice of apex drops out, because the two cuts are images of
+each other. Lengths mm.
 """
-
-from __future__ import annotations
 
 import numpy as np
 import skfem
@@ -39,7 +37,7 @@ class Chamber:
         return float((self._weight * np.einsum("ti,ti->t", a, np.cross(b, c))).sum())
 
     def gradient(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "triangles 9"]:
-        """∂V/∂x on each triangle's nodes; summed over the triangles it is the chamber's outward vector area."""
+        """∂V/∂x on each triangle's nodes: their shares of the outward vector area."""
         a, b, c = np.moveaxis(positions[self.triangles], 1, 0)
         parts = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
         return (self._weight[:, None, None] * parts).reshape(-1, 9)
@@ -63,7 +61,8 @@ def oriented_facets(mesh: skfem.MeshHex, boundary: str) -> Int[np.ndarray, "face
     quads = mesh.facets[:, facets].T.copy()
     inside = mesh.p[:, mesh.t[:, mesh.f2t[0, facets]]].mean(axis=1).T
     corner = mesh.p.T[quads]
-    # scikit-fem stores a facet's nodes in no particular cycle: the longest "edge" of the three pairings is the diagonal.
+    # scikit-fem stores a facet's nodes in no particular cycle: the longest "edge" of the three pairings is
+    # the diagonal.
     for row, x in zip(quads, corner, strict=True):
         far = 1 + int(np.argmax([_diagonal_score(x, k) for k in (1, 2, 3)]))
         near = [k for k in (1, 2, 3) if k != far]
@@ -76,7 +75,7 @@ def oriented_facets(mesh: skfem.MeshHex, boundary: str) -> Int[np.ndarray, "face
 
 
 def _diagonal_score(x: Float[np.ndarray, "4 3"], k: int) -> float:
-    """How close the mid-points of (0, k) and of the other two nodes lie: diagonals cross near their middles."""
+    """How close the mid-points of (0, k) and of the other two nodes lie: those of diagonals nearly meet."""
     others = [j for j in (1, 2, 3) if j != k]
     return -float(np.linalg.norm(x[0] + x[k] - x[others[0]] - x[others[1]]))
 
@@ -100,7 +99,8 @@ def _loops(quads: Int[np.ndarray, "facets 4"]) -> list[list[int]]:
 def _fan(loop: list[int], points: Float[np.ndarray, "3 nodes"]) -> Int[np.ndarray, "triangles 3"]:
     """Triangles that close a loop, oriented like the facets beyond it.
 
-    The apex is chosen by the section's coordinates, so that the fans of two sections are images of each other.
+    The apex is chosen by the section's coordinates, so that the fans of two sections are images of each
+    other.
     """
     first = min(range(len(loop)), key=lambda i: tuple(np.round(points[:2, loop[i]], 6)))
     loop = loop[first:] + loop[:first]

@@ -7,8 +7,6 @@ With y = (u, p) and the nodes q at equilibrium, Π(y) = min_q E(q; y)/period giv
 six more solves with the factors at hand. Units N, mm, MPa.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Dimensions of the three-chamber actuator, checked when they are given."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, fields
 
@@ -12,9 +10,9 @@ import numpy as np
 class ActuatorGeometry:
     """Three-chamber silicone tube with a central rod and a winding.
 
-    Every length is in metres. A chamber is an annular sector between the inner and the outer wall; its sides run
-    parallel to the mid-line of the partitions at half the partition thickness. Chamber ``k`` (1, 2, 3) is centred
-    at azimuth 120°(k − 1).
+    Every length is in metres. A chamber is an annular sector between the inner and the outer wall; its sides
+    run parallel to the mid-line of the partitions at half the partition thickness. Chamber ``k`` (1, 2, 3) is
+    centred at azimuth 120°(k − 1).
 
     Parameters
     ----------
@@ -51,15 +49,16 @@ class ActuatorGeometry:
         inner, outer = self.chamber_inner_radius, self.chamber_outer_radius
         if inner >= outer:
             raise ValueError(
-                f"outer_wall and inner_wall: got {self.outer_wall * 1e3:g} mm and {self.inner_wall * 1e3:g} mm, which "
-                f"leave no chamber between radius {inner * 1e3:g} mm and {outer * 1e3:g} mm; expected thinner walls"
+                f"outer_wall and inner_wall: got {self.outer_wall * 1e3:g} mm and "
+                f"{self.inner_wall * 1e3:g} mm, which leave no chamber between radius {inner * 1e3:g} mm and "
+                f"{outer * 1e3:g} mm; expected thinner walls"
             )
         # Where a partition reaches 60° of half-width at the inner wall, the chambers' inner arcs vanish.
         widest = 2.0 * inner * math.sin(math.pi / 3.0)
         if self.partition_wall >= widest:
             raise ValueError(
-                f"partition_wall: got {self.partition_wall * 1e3:g} mm, which closes the chambers; expected less "
-                f"than {widest * 1e3:g} mm for an inner chamber radius of {inner * 1e3:g} mm"
+                f"partition_wall: got {self.partition_wall * 1e3:g} mm, which closes the chambers; expected "
+                f"less than {widest * 1e3:g} mm for an inner chamber radius of {inner * 1e3:g} mm"
             )
         if not outer < self.winding_diameter / 2.0 < self.body_diameter / 2.0:
             raise ValueError(

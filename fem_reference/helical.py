@@ -1,10 +1,8 @@
 """Helical periodicity: the top face of the cell is the image of its bottom face under g = exp(pitch·(e3, u)).
 
-Positions of all nodes follow from those of the independent ones (all but the top face's) and from u. This file maps
-forces and tangents over all nodes back to the independent nodes and u. Lengths mm.
+Positions of all nodes follow from those of the independent ones (all but the top face's) and from u. This
+file maps forces and tangents over all nodes back to the independent nodes and u. Lengths mm.
 """
-
-from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sparse

@@ -1,10 +1,8 @@
 """Symmetric indefinite LDLᵀ factorisation behind one small interface.
 
-MKL PARDISO (through `pypardiso`) is the default. Where MKL is not to be had, SciPy's SuperLU takes over, with a message:
-it is many times slower.
+MKL PARDISO (through `pypardiso`) is the default. Where MKL is not to be had, SciPy's SuperLU takes over, with
+a message: it is many times slower.
 """
-
-from __future__ import annotations
 
 import logging
 import weakref
@@ -25,8 +23,11 @@ class SingularMatrixError(ArithmeticError):
 class SymmetricSolver(Protocol):
     """Factorise once, solve often. The matrix comes as the upper triangle in CSR."""
 
-    def factorise(self, upper: sparse.csr_matrix, new_pattern: bool) -> int | None:
-        """Factorise; return the number of negative pivots, or None where the solver does not tell."""
+    def factorise(self, upper: sparse.csr_matrix, revision: int) -> int | None:
+        """Factorise; return the number of negative pivots, or None where the solver does not tell.
+
+        The analysis of the sparsity pattern is kept as long as its ``revision`` stays the same.
+        """
         ...
 
     def solve(self, right: Float[np.ndarray, "n columns"]) -> Float[np.ndarray, "n columns"]:
@@ -56,15 +57,16 @@ class PardisoSolver:
         ):
             self._pardiso.set_iparm(index, value)
         self._upper: sparse.csr_matrix | None = None
+        self._revision: int | None = None
         # MKL holds the factors outside Python's sight.
         weakref.finalize(self, self._pardiso.free_memory, everything=True).atexit = False
 
-    def factorise(self, upper: sparse.csr_matrix, new_pattern: bool) -> int:
+    def factorise(self, upper: sparse.csr_matrix, revision: int) -> int:
         """See `SymmetricSolver.factorise`."""
-        if new_pattern and self._upper is not None:
+        if revision != self._revision and self._upper is not None:
             self._pardiso.free_memory()
-        self._pardiso.set_phase(12 if new_pattern or self._upper is None else 22)
-        self._upper = upper
+        self._pardiso.set_phase(22 if revision == self._revision else 12)
+        self._upper, self._revision = upper, revision
         try:
             self._pardiso._call_pardiso(upper, np.zeros((upper.shape[0], 1), order="F"))
         except self._error as error:
@@ -88,7 +90,7 @@ class SuperLuSolver:
     def __init__(self) -> None:
         self._factor = None
 
-    def factorise(self, upper: sparse.csr_matrix, new_pattern: bool) -> None:
+    def factorise(self, upper: sparse.csr_matrix, revision: int) -> None:
         """See `SymmetricSolver.factorise`; the inertia is not available."""
         full = (upper + sparse.triu(upper, 1).T).tocsc()
         try:

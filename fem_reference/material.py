@@ -1,10 +1,8 @@
 """Isochoric Ogden hyperelasticity in principal stretches: energy, stress and tangent, batched.
 
-Everything is exact for equal stretches too: the ratios of differences are written with sinh(x)/x. Stresses are in
-the unit of the moduli (MPa inside the FEM).
+Everything is exact for equal stretches too: the ratios of differences are written with sinh(x)/x. Stresses
+are in the unit of the moduli (MPa inside the FEM).
 """
-
-from __future__ import annotations
 
 from dataclasses import dataclass
 
@@ -16,8 +14,8 @@ from jaxtyping import Float
 class Ogden:
     """Nearly incompressible Ogden solid in the form used by the paper (and Abaqus).
 
-    W = Σ_i 2 μ_i/α_i² (λ̄1^α_i + λ̄2^α_i + λ̄3^α_i − 3) + κ/2 (J − 1)², with λ̄ = J^(−1/3) λ, so that the initial
-    shear modulus is Σ μ_i. One term with α = 2 is the neo-Hookean solid.
+    W = Σ_i 2 μ_i/α_i² (λ̄1^α_i + λ̄2^α_i + λ̄3^α_i − 3) + κ/2 (J − 1)², with λ̄ = J^(−1/3) λ, so that the
+    initial shear modulus is Σ μ_i. One term with α = 2 is the neo-Hookean solid.
 
     Parameters
     ----------
@@ -75,8 +73,9 @@ def isochoric_response(
 ) -> tuple[Float[np.ndarray, "*batch 3 3"], Float[np.ndarray, "*batch 9 9"]]:
     """First Piola–Kirchhoff stress P = ∂W/∂F and its tangent ∂P/∂F of the isochoric part.
 
-    With F = Σ λ_i n_i ⊗ N_i, the stress is Σ τ_i/λ_i n_i ⊗ N_i, and the tangent has, in the basis n_i ⊗ N_j, one 3×3
-    block for the stretches and a 2×2 block for each pair i ≠ j (Ogden 1997, Non-linear Elastic Deformations, §6.1.4).
+    With F = Σ λ_i n_i ⊗ N_i, the stress is Σ τ_i/λ_i n_i ⊗ N_i, and the tangent has, in the basis n_i ⊗ N_j,
+    one 3×3 block for the stretches and a 2×2 block for each pair i ≠ j (Ogden 1997, Non-linear Elastic
+    Deformations, §6.1.4).
 
     Parameters
     ----------

@@ -1,10 +1,9 @@
 """Structured hexahedral mesh of the actuator's body, made by gmsh and handed to scikit-fem.
 
-The section is cut into 21 four-sided blocks (inner wall, partitions, and the outer wall in two layers that meet on
-the winding's cylinder), each meshed transfinitely and extruded along z. Lengths in this file are millimetres.
+The section is cut into 21 four-sided blocks (inner wall, partitions, and the outer wall in two layers that
+meet on the winding's cylinder), each meshed transfinitely and extruded along z. Lengths in this file are
+millimetres.
 """
-
-from __future__ import annotations
 
 import math
 from dataclasses import dataclass
@@ -28,7 +27,8 @@ class MeshLevel:
     ----------
     inner_arc, outer_arc : along a chamber's inner and outer arc.
     partition_across, partition_along : across a partition's thickness and along its length.
-    inner_wall, outer_wall_inside, outer_wall_outside : through the walls (the outer one inside and outside the
+    inner_wall, outer_wall_inside, outer_wall_outside : through the walls (the outer one inside and outside
+        the
         winding's cylinder).
     axial_size : target length of an element along z [mm].
     """
@@ -74,7 +74,8 @@ def body_mesh(geometry: ActuatorGeometry, length: float, level: MeshLevel) -> sk
 
     Returns
     -------
-    mesh : in mm, with the boundaries ``cavity``, ``outer``, ``bottom``, ``top`` and ``chamber1`` … ``chamber3``.
+    mesh : in mm, with the boundaries ``cavity``, ``outer``, ``bottom``, ``top`` and ``chamber1`` …
+        ``chamber3``.
         Nodes of the top face lie straight above those of the bottom face.
     """
     layers = max(2, round(length * MILLIMETRE / level.axial_size))
@@ -117,7 +118,7 @@ def _section(geometry: ActuatorGeometry, level: MeshLevel) -> list[tuple[int, li
                 )
 
     def arcs(ring: int, chamber: int, partition: int) -> list[int]:
-        """Arcs around one ring in order: chamber 1, partition 1–2, chamber 2, …"""
+        """Arcs around one ring in order: chamber 1, partition 1–2, chamber 2 and so on."""
         curves = []
         for k in range(3):
             for start, end, count in (
@@ -223,5 +224,5 @@ def _binary_order(hexes: np.ndarray) -> np.ndarray:
     """Reorder 8-node hexahedra from gmsh's to scikit-fem's convention."""
     # scikit-fem's reference nodes, in order; gmsh's: (0,0,0),(1,0,0),(1,1,0),(0,1,0) and the same at z = 1.
     gmsh_nodes = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
-    reference = skfem.ElementHex1.doflocs
-    return hexes[:, [gmsh_nodes.index(tuple(int(c) for c in row)) for row in reference]]
+    order = [gmsh_nodes.index((int(x), int(y), int(z))) for x, y, z in skfem.ElementHex1.doflocs]
+    return hexes[:, np.array(order)]

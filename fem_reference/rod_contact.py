@@ -1,21 +1,19 @@
 """Frictionless unilateral contact between the cavity's wall and the central rod.
 
-The rod is a tube of constant curvature around the axis c(s; u), the translation of exp(s·(e3, u)). A node's gap is its
-distance to the axis less the rod's radius; it depends on the node and on u. The wall may leave the rod; a barrier keeps
-it from entering, with the energy per reference area
+The rod is a tube of constant curvature around the axis c(s; u), the translation of exp(s·(e3, u)). A node's
+gap is its distance to the axis less the rod's radius; it depends on the node and on u. The wall may leave the
+rod; a barrier keeps it from entering, with the energy per reference area
 
     b(d) = −k (d − d̂)² ln(d/d̂)   for 0 < d < d̂,   d = gap + 0.9 d̂,
 
-so that the contact pressure grows without bound before the wall has moved 0.9 d̂ = 0.018 mm inwards, and the energy has
-two continuous derivatives. At rest the wall just touches the rod: it is centred there by b's slope, 0.6 kPa.
-Lengths mm, pressures MPa.
+so that the contact pressure grows without bound before the wall has moved 0.9 d̂ = 0.018 mm inwards, and the
+energy has two continuous derivatives. At rest the wall just touches the rod: it is centred there by b's
+slope, 0.6 kPa. Lengths mm, pressures MPa.
 
 References
 ----------
 Li et al. (2020), Incremental Potential Contact, eq. 6, for the barrier's form.
 """
-
-from __future__ import annotations
 
 from dataclasses import dataclass
 

@@ -1,10 +1,8 @@
 """The rod's rigid motions exp(s·(v, u)) in SE(3), with first and second derivatives in the curvature u.
 
-The rod is inextensible: v = (0, 0, 1). Over one pitch s|u| stays well below one, so that the exponential's series
-reaches round-off in a few terms, is exact at u = 0, and has polynomial derivatives.
+The rod is inextensible: v = (0, 0, 1). Over one pitch s|u| stays well below one, so that the exponential's
+series reaches round-off in a few terms, is exact at u = 0, and has polynomial derivatives.
 """
-
-from __future__ import annotations
 
 from dataclasses import dataclass
 

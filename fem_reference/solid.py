@@ -12,8 +12,6 @@ References
 Nagtegaal, Parks, Rice (1974); Simo, Taylor, Pister (1985): mean dilatation.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import skfem
 from jaxtyping import Float
@@ -87,7 +85,8 @@ class SolidElements:
         Parameters
         ----------
         positions : current positions of the nodes [mm].
-        pressure : π_e of the tangent's geometric part [MPa]; by default κ(v_e/V_e − 1), which makes the tangent the
+        pressure : π_e of the tangent's geometric part [MPa]; by default κ(v_e/V_e − 1), which makes the
+            tangent the
             exact Hessian of the energy.
         """
         F = self.deformation_gradient(positions)

@@ -1,10 +1,8 @@
 """Thread embedded in the host mesh: straight elastic segments whose end points move with the hexahedra.
 
-A segment of rest length L0 has the energy EA/2 L0 (l/L0 − 1)². Its translations are interpolated from the host's
-nodes, as the paper's embedded elements do. Lengths mm, forces N.
+A segment of rest length L0 has the energy EA/2 L0 (l/L0 − 1)². Its translations are interpolated from the
+host's nodes, as the paper's embedded elements do. Lengths mm, forces N.
 """
-
-from __future__ import annotations
 
 import numpy as np
 import skfem
@@ -42,7 +40,8 @@ class ThreadSegments:
         pairs = []
         for line in winding.polylines(radius, length, points_per_turn):
             points = line * _MILLIMETRE
-            # The cylinder is a polygon in the mesh; points on the end faces are nudged inside so as to be found.
+            # The cylinder is a polygon in the mesh; points on the end faces are nudged inside so as to be
+            # found.
             inside = np.clip(points, [-np.inf, -np.inf, 1e-9], [np.inf, np.inf, length * _MILLIMETRE - 1e-9])
             cells = mesh.element_finder()(*inside.T)
             local = basis.mapping.invF(inside.T[:, :, None], cells)

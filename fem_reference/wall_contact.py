@@ -1,14 +1,12 @@
 """Contact between the walls of a chamber, by the IPC barrier of `ipctk`.
 
-The chambers' walls, split into triangles, may not pass through themselves. The barrier acts below the activation
-distance of 0.05 mm. Lengths mm, stresses MPa.
+The chambers' walls, split into triangles, may not pass through themselves. The barrier acts below the
+activation distance of 0.05 mm. Lengths mm, stresses MPa.
 
 References
 ----------
 Li et al. (2020), Incremental Potential Contact; the `ipctk` library.
 """
-
-from __future__ import annotations
 
 import ipctk
 import numpy as np
@@ -16,10 +14,11 @@ import scipy.sparse as sparse
 from jaxtyping import Float, Int
 
 ACTIVATION = 0.05
-# Stress scale of the area-weighted barrier. The bending angle at 60 kPa moves by 0.4 % when it is divided by ten.
+# Stress scale of the area-weighted barrier. The bending angle at 60 kPa moves by 0.4 % when it is divided by
+# ten.
 STIFFNESS = 0.02
-# Exactly parallel edges, of which an extruded mesh has many, leave the kind of an edge pair to round-off, and with it
-# a share of the barrier. A fixed offset of this size per vertex breaks the ties.
+# Exactly parallel edges, of which an extruded mesh has many, leave the kind of an edge pair to round-off, and
+# with it a share of the barrier. A fixed offset of this size per vertex breaks the ties.
 TIE_BREAK = 1e-4
 
 
@@ -61,7 +60,7 @@ class WallContact:
 
     def response(
         self, positions: Float[np.ndarray, "nodes 3"]
-    ) -> tuple[Float[np.ndarray, "nodes 3"], sparse.coo_matrix] | None:
+    ) -> tuple[Float[np.ndarray, "nodes 3"], sparse.csr_matrix] | None:
         """Force on all nodes and the Hessian over all degrees of freedom; None where no walls are near."""
         vertices = self._vertices(positions)
         collisions = self._collisions(vertices)
@@ -72,7 +71,8 @@ class WallContact:
         local = self._potential.hessian(collisions, self._mesh, vertices).tocoo()
         dofs = (3 * self.nodes[:, None] + np.arange(3)).ravel()
         size = positions.size
-        return force, sparse.coo_matrix((local.data, (dofs[local.row], dofs[local.col])), shape=(size, size))
+        full = sparse.csr_matrix((local.data, (dofs[local.row], dofs[local.col])), shape=(size, size))
+        return force, full
 
     def step_limit(self, start: Float[np.ndarray, "nodes 3"], end: Float[np.ndarray, "nodes 3"]) -> float:
         """Largest fraction of the straight step from ``start`` to ``end`` before walls touch."""
@@ -94,11 +94,12 @@ class WallContact:
 def _mirror_symmetric_split(
     corner: Float[np.ndarray, "facets 4 3"], quads: Int[np.ndarray, "facets 4"]
 ) -> np.ndarray:
-    """Two triangles per quadrilateral, with diagonals that mirror each other about every chamber's mid-plane."""
+    """Two triangles per quadrilateral, their diagonals mirror images about every chamber's mid-plane."""
     azimuth = np.arctan2(corner[..., 1].mean(axis=1), corner[..., 0].mean(axis=1))
     third = 2.0 * np.pi / 3.0
     side = azimuth - third * np.round(azimuth / third) > 0.0
-    # Start each cycle at a corner of the lower edge: the one with the smaller azimuth on one side, the larger on the other.
+    # Start each cycle at a corner of the lower edge: the one with the smaller azimuth on one side, the larger
+    # on the other.
     height = corner[..., 2] - corner[..., 2].mean(axis=1, keepdims=True)
     low = height < 0.0
     start = np.array(

@@ -1,7 +1,5 @@
 """Winding layouts: each yields the thread's polylines, in the reference configuration."""
 
-from __future__ import annotations
-
 import abc
 import math
 from dataclasses import dataclass
@@ -14,8 +12,9 @@ from jaxtyping import Float
 class Thread:
     """Elastic data of the thread.
 
-    The paper's table has lost the modulus; 31 067 MPa and a radius of 0.0889 mm are the values of this literature
-    (Soft Robotics Toolkit; Connolly et al. 2015), so that EA = 771 N: inextensible beside the silicone.
+    The paper's table has lost the modulus; 31 067 MPa and a radius of 0.0889 mm are the values of this
+    literature (Soft Robotics Toolkit; Connolly et al. 2015), so that EA = 771 N: inextensible beside the
+    silicone.
 
     Parameters
     ----------

@@ -1,22 +1,19 @@
 """The rod: a section law, an actuator's dimensions, and the solve."""
 
-from collections.abc import Sequence
 from functools import reduce
 from typing import final
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, ArrayLike, Float
+from jaxtyping import Array, Float
 
 from rodmodel._bending import bending
 from rodmodel._equilibrium import Equilibrium, Loads, split
 from rodmodel._shape import Arc, Polynomial, Shape
-from rodmodel._solution import Solution
+from rodmodel._solution import Numbers, Solution
 from rodmodel.calibration_file import Actuator, Domain
 from rodmodel.section import CurvatureLaw, SectionLaw
-
-Vector = ArrayLike | Sequence[float]
 
 # Of one integration step with loads, by precision.
 _TOLERANCES = {"float64": 1e-10, "float32": 1e-5}
@@ -48,10 +45,10 @@ class Rod(eqx.Module):
 
     def solve(
         self,
-        pressure: Vector,
-        tip_force: Vector | None = None,
-        tip_moment: Vector | None = None,
-        gravity: Vector | None = None,
+        pressure: Numbers,
+        tip_force: Numbers | None = None,
+        tip_moment: Numbers | None = None,
+        gravity: Numbers | None = None,
         throw: bool = True,
     ) -> Solution:
         """Equilibrium under chamber pressures and dead loads.
@@ -183,7 +180,7 @@ def _loaded_shape(law: CurvatureLaw, loads: Loads, actuator: Actuator) -> tuple[
     }
 
 
-def _vector(name: str, value: Vector, what: str) -> Float[Array, "3"]:
+def _vector(name: str, value: Numbers, what: str) -> Float[Array, "3"]:
     """Argument as three numbers of the default precision, or an error that names it."""
     try:
         vector = jnp.asarray(value, float)

@@ -19,8 +19,8 @@ _SMALLEST_LOAD_STEP = 2.0**-16
 
 # What keeps the rod on the branch of equilibria that it takes as the load grows from zero: in a load step,
 # no r/L and no part of the quaternion changes by more than the first of these, no u L by more than the second
-# [rad], and each correction of Newton's method is at most the third of the one before (Deuflhard 2011, Newton
-# Methods for Nonlinear Problems, ch. 5). Without them a long load step may end in another equilibrium, a coil.
+# [rad], and no correction of Newton's method is more than the third of the one before (Deuflhard 2011, Newton
+# Methods for Nonlinear Problems, ch. 5). Without them a long load step may end in another one, a coil.
 _MAX_MOVE = 0.5
 _MAX_TURN = 1.0
 _CONTRACTION = 0.5
@@ -58,7 +58,7 @@ def shoot(equilibrium: Equilibrium, tolerance: float) -> Shot:
     """Solve for the equilibrium that the rod reaches from its free shape as the loads grow in proportion.
 
     The unknown is u L at the base, and Newton's method finds it. After the free shape, the whole load is
-    tried; a load step that fails is halved, and one that succeeds lets the next be twice as long, from a start
+    tried; a load step that fails is halved, one that succeeds lets the next be twice as long, from a start
     extrapolated along the last one. Each turn of the loop is one shot.
 
     Parameters

@@ -1,6 +1,6 @@
 """What a solve returns: the pose, the shape, and how far to trust them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import final
 
 import equinox as eqx
@@ -9,6 +9,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from rodmodel._shape import Shape
+
+Numbers = ArrayLike | Sequence[float | int]
+"""Numbers as they come: an array of JAX or NumPy, or a list."""
 
 
 @final
@@ -47,7 +50,7 @@ class Solution(eqx.Module):
     shape: Shape
     cap_length: float = eqx.field(static=True)
 
-    def centreline(self, arc_length: ArrayLike) -> Float[Array, "*s 3"]:
+    def centreline(self, arc_length: Numbers) -> Float[Array, "*s 3"]:
         """Position r(s) of the axis.
 
         Parameters
@@ -60,7 +63,7 @@ class Solution(eqx.Module):
         """
         return self._along(Solution._position, arc_length)
 
-    def frames(self, arc_length: ArrayLike) -> Float[Array, "*s 3 3"]:
+    def frames(self, arc_length: Numbers) -> Float[Array, "*s 3 3"]:
         """Frame R(s). The cap has that of the body's end.
 
         Parameters
@@ -73,7 +76,7 @@ class Solution(eqx.Module):
         """
         return self._along(Solution._rotation, arc_length)
 
-    def curvature(self, arc_length: ArrayLike) -> Float[Array, "*s 3"]:
+    def curvature(self, arc_length: Numbers) -> Float[Array, "*s 3"]:
         """Curvature and twist u(s); zero in the cap, which is rigid.
 
         Parameters
@@ -98,9 +101,7 @@ class Solution(eqx.Module):
         curvature = self.shape.curvature(jnp.minimum(s, self.shape.length))
         return jnp.where(s <= self.shape.length, curvature, jnp.zeros_like(curvature))
 
-    def _along(
-        self, quantity: Callable[["Solution", Float[Array, ""]], Array], arc_length: ArrayLike
-    ) -> Array:
+    def _along(self, quantity: Callable[["Solution", Float[Array, ""]], Array], arc_length: Numbers) -> Array:
         return self._evaluate(quantity, jnp.asarray(arc_length, self.tip_position.dtype))
 
     @eqx.filter_jit

@@ -118,7 +118,7 @@ def _surface(pose: _Pose) -> tuple[np.ndarray, np.ndarray]:
     face = np.stack(
         [skin[-1, :-1], skin[-1, 1:], *2 * [np.repeat(pose.centre[-1:], _FACETS, axis=0)]], axis=1
     )
-    face_colours = np.tile(to_rgb(_CAP), (_FACETS, 1)) * _lit(pose.frames[-1, :, 2])
+    face_colours = np.tile(to_rgb(_CAP), (_FACETS, 1)) * _lit(pose.frames[-1:, :, 2])[:, None]
     return np.concatenate([facets.reshape(-1, 4, 3), face]), np.concatenate(
         [colours.reshape(-1, 3), face_colours]
     )

@@ -1,0 +1,86 @@
+"""From a layout's name to a rod: which calibration serves it, and what is said when none does."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rodmodel
+from rodmodel import TurnedLaw
+from tests.unit.rodmodel import synthetic
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "calibration.json"
+    rodmodel.save_calibration(synthetic.calibration(), path)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("psi_deg", "turns"),
+    [(0, 0), (60, 2), (120, 1), (180, 0), (240, 2), (300, 1), (360, 0), (-60, 1), (-120, 2), (720, 0)],
+)
+def test_every_multiple_of_60_degrees_is_served(file: Path, psi_deg: float, turns: int) -> None:
+    rod = rodmodel.load("double-helix", psi=math.radians(psi_deg), pitch=3e-3, path=file)
+    law = rod.section
+    assert (law.turns if isinstance(law, TurnedLaw) else 0) == turns
+    # The chamber nearest to a crossing is that of the calibration's chamber 1, with its larger pressures.
+    assert rod.domain.pressure_max == tuple(np.roll([70e3, 60e3, 60e3], turns))
+
+
+@pytest.mark.parametrize("psi_deg", [12, 59.9, 90])
+def test_an_orientation_that_is_not_calibrated_is_refused(file: Path, psi_deg: float) -> None:
+    with pytest.raises(ValueError, match=r"psi: got .* rad, expected double-helix, pitch 3 mm, psi 0 deg"):
+        rodmodel.load("double-helix", psi=math.radians(psi_deg), path=file)
+
+
+def test_a_ring_is_not_taken_for_its_own_half_turn(tmp_path: Path) -> None:
+    calibration = synthetic.calibration()
+    ring = rodmodel.Layout("ring", 0.0, 1.5e-3)
+    rodmodel.save_calibration(
+        rodmodel.Calibration(
+            ring,
+            calibration.actuator,
+            calibration.section_law,
+            calibration.domain,
+            calibration.error,
+            calibration.provenance,
+        ),
+        tmp_path / "ring.json",
+    )
+    rodmodel.load("ring", psi=math.radians(120), pitch=1.5e-3, path=tmp_path / "ring.json")
+    with pytest.raises(ValueError, match="psi 0 deg and every 120 deg from it"):
+        rodmodel.load("ring", psi=math.radians(180), pitch=1.5e-3, path=tmp_path / "ring.json")
+
+
+def test_an_unknown_layout_or_pitch_is_refused(file: Path) -> None:
+    with pytest.raises(ValueError, match="layout: got 'ring', expected double-helix"):
+        rodmodel.load("ring", path=file)
+    with pytest.raises(ValueError, match=r"pitch: got 0.004 m, expected double-helix, pitch 3 mm"):
+        rodmodel.load("double-helix", pitch=4e-3, path=file)
+
+
+@pytest.mark.parametrize("pitch", [0.0, -3e-3, math.nan, math.inf])
+def test_an_impossible_pitch_is_refused(pitch: float) -> None:
+    with pytest.raises(ValueError, match=r"pitch: got .*, expected a positive length \[m\]"):
+        rodmodel.load("double-helix", pitch=pitch)
+
+
+def test_an_orientation_that_is_no_number_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"psi: got nan, expected a finite angle \[rad\]"):
+        rodmodel.load("double-helix", psi=math.nan)
+
+
+def test_the_rod_has_what_the_file_says(file: Path) -> None:
+    rod = rodmodel.load("double-helix", path=file)
+    assert (rod.actuator, rod.domain) == (synthetic.ACTUATOR, synthetic.DOMAIN)
+    assert rod.angle_error == 0.016
+
+
+def test_each_shipped_calibration_loads_under_its_own_name() -> None:
+    for calibration in rodmodel.shipped_calibrations():
+        layout = calibration.layout
+        rod = rodmodel.load(layout.name, layout.psi, layout.pitch)
+        assert rod.actuator == calibration.actuator

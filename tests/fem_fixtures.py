@@ -1,0 +1,142 @@
+"""What the tests of `fem_reference` share: differences, rotations, small meshes, and solved coarse cells.
+
+Lengths mm and stresses MPa, as inside the FEM, unless a name says otherwise.
+"""
+
+import dataclasses
+import functools
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import skfem
+
+from fem_reference import ActuatorGeometry, CellState, DoubleHelix, Load, Ogden, PeriodCell, Thread, follow
+from fem_reference.cell_equations import CellEquations
+from fem_reference.mesh import MeshLevel
+from fem_reference.screw import screw_series
+
+# The fewest elements that keep the structure: every wall one element thick.
+TINY = MeshLevel(2, 4, 2, 2, 1, 1, 1, 0.75)
+
+
+def difference(function: Callable[[float], np.ndarray | float], step: float) -> np.ndarray:
+    """Fourth-order central difference of ``function`` at zero.
+
+    The error is step⁴/30 of the fifth derivative plus about 1.5 ε/step of the value's magnitude.
+    """
+    near = np.asarray(function(step)) - np.asarray(function(-step))
+    far = np.asarray(function(2.0 * step)) - np.asarray(function(-2.0 * step))
+    return (8.0 * near - far) / (12.0 * step)
+
+
+def relative_error(found: np.ndarray | float, expected: np.ndarray | float) -> float:
+    """Largest error of an array over its largest entry."""
+    expected = np.asarray(expected)
+    return float(np.abs(np.asarray(found) - expected).max() / np.abs(expected).max())
+
+
+def asymmetry(matrix: np.ndarray) -> float:
+    """Largest entry of A − Aᵀ over the largest of A, over all matrices of a batch."""
+    return relative_error(np.swapaxes(matrix, -1, -2), matrix)
+
+
+def rotation(axis: tuple[float, float, float], angle: float) -> np.ndarray:
+    """Rotation by ``angle`` [rad] about ``axis``, by Rodrigues' formula."""
+    x, y, z = np.asarray(axis) / np.linalg.norm(axis)
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+
+
+TURN = rotation((1.0, -2.0, 0.5), 1.1)
+
+
+def distorted_block(elements: int = 3, amplitude: float = 0.12, seed: int = 0) -> skfem.MeshHex:
+    """Block of 3 × 2 × 1 mm, its inner nodes moved at random by up to ``amplitude`` of an element's edge."""
+    grid = [np.linspace(0.0, side, elements + 1) for side in (3.0, 2.0, 1.0)]
+    mesh = skfem.MeshHex.init_tensor(*grid)
+    points = mesh.p.copy()
+    edges = np.array([[3.0], [2.0], [1.0]]) / elements
+    inside = np.ones(points.shape[1], dtype=bool)
+    inside[mesh.boundary_nodes()] = False
+    noise = np.random.default_rng(seed).uniform(-amplitude, amplitude, points.shape)
+    points[:, inside] += (noise * edges)[:, inside]
+    return skfem.MeshHex(points, mesh.t)
+
+
+def deformed(points: np.ndarray, seed: int = 1, noise: float = 0.02) -> np.ndarray:
+    """Positions (nodes, 3) of a smoothly and strongly deformed body with some noise on top.
+
+    Stretches reach 0.7 and 1.4, as in the actuator's outer wall.
+    """
+    x, y, z = points
+    smooth = np.column_stack([1.2 * x + 0.15 * y**2, 0.9 * y - 0.1 * x * z, 0.95 * z + 0.2 * np.sin(x) * y])
+    return smooth + noise * np.random.default_rng(seed).uniform(-1.0, 1.0, smooth.shape)
+
+
+def assemble(nodes: np.ndarray, local: np.ndarray, count: int) -> np.ndarray:
+    """Sum of local nodal vectors, by a plain loop: (nodes, 3)."""
+    total = np.zeros((count, 3))
+    for dofs, vector in zip(nodes, local, strict=True):
+        np.add.at(total, dofs, vector.reshape(-1, 3))
+    return total
+
+
+def times(nodes: np.ndarray, local: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """Product of the sum of local matrices with a nodal direction (nodes, 3)."""
+    moved = direction[nodes].reshape(len(nodes), -1)
+    return assemble(nodes, np.einsum("eab,eb->ea", local, moved), len(direction))
+
+
+def bent_configuration(equations, curvature, seed=0, expansion=1e-3, noise=1e-3):
+    """An admissible configuration far from equilibrium.
+
+    Every node follows the rod's screw to its height; the section expands by ``expansion``, which keeps the
+    cavity off the barrier's wall, and every node moves by up to ``noise`` [mm].
+    """
+    rest = equations.rest()
+    series = screw_series(np.asarray(curvature), equations.reach)
+    section = rest.positions * [1.0 + expansion, 1.0 + expansion, 0.0]
+    positions = np.empty_like(section)
+    for i, z in enumerate(rest.positions[:, 2]):
+        motion = series.at(float(z))[0]
+        positions[i] = motion[:3, :3] @ section[i] + motion[:3, 3]
+    positions += noise * np.random.default_rng(seed).uniform(-1.0, 1.0, positions.shape)
+    return dataclasses.replace(rest, positions=positions, curvature=np.asarray(curvature))
+
+
+@functools.cache
+def tiny_equations() -> CellEquations:
+    """The paper's cell on the fewest elements."""
+    return CellEquations(ActuatorGeometry(), Ogden(), DoubleHelix(), Thread(), TINY)
+
+
+@functools.cache
+def coarse_cell() -> PeriodCell:
+    """The paper's cell on the coarse mesh."""
+    return PeriodCell()
+
+
+@functools.cache
+def chamber_one_path() -> dict[int, CellState]:
+    """Free bending under 5, 15 and 25 kPa in chamber 1, by the pressure in kPa."""
+    loads = [Load((kpa * 1e3, 0.0, 0.0)) for kpa in (5, 15, 25)]
+    return {round(s.pressure[0] / 1e3): s for s in follow(coarse_cell(), loads)}
+
+
+# Each folder's conftest takes these fixtures in; what they return is made once a process.
+
+
+@pytest.fixture(scope="session")
+def equations() -> CellEquations:
+    return tiny_equations()
+
+
+@pytest.fixture(scope="session")
+def cell() -> PeriodCell:
+    return coarse_cell()
+
+
+@pytest.fixture(scope="session")
+def bending_path() -> dict[int, CellState]:
+    return chamber_one_path()

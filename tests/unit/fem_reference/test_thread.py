@@ -1,0 +1,156 @@
+"""The embedded thread: it lies on the helix, carries the right tension, and its derivatives are exact."""
+
+import numpy as np
+import pytest
+
+from fem_reference import DoubleHelix, Thread
+from fem_reference.thread import ThreadSegments
+from tests.fem_fixtures import (
+    TINY,
+    assemble,
+    asymmetry,
+    deformed,
+    difference,
+    relative_error,
+    times,
+)
+
+RADIUS, PITCH = 5.6, 3.0
+
+
+@pytest.fixture(scope="module")
+def thread(equations) -> ThreadSegments:
+    return equations.thread
+
+
+@pytest.fixture(scope="module")
+def rest(equations) -> np.ndarray:
+    return equations.mesh.p.T
+
+
+def test_the_axial_stiffness_is_771_newtons():
+    """EA = 31 067 MPa · π (0.0889 mm)²."""
+    assert Thread().axial_stiffness == pytest.approx(771.3, abs=0.1)
+
+
+def test_points_lie_on_the_helices(thread, rest):
+    z = np.linspace(0.0, PITCH, TINY.around + 1)
+    points = thread.points(rest)
+    assert len(thread.polylines) == 2
+    for index, hand in zip(thread.polylines, (1.0, -1.0), strict=True):
+        azimuth = hand * 2.0 * np.pi * z / PITCH
+        helix = np.column_stack([RADIUS * np.cos(azimuth), RADIUS * np.sin(azimuth), z])
+        # Ends are moved 1e-9 mm into the mesh so as to be found.
+        np.testing.assert_allclose(points[index], helix, atol=2e-9, rtol=0)
+
+
+def test_rest_lengths_add_up_to_the_helix_from_below_at_second_order(equations):
+    exact = 2.0 * np.hypot(2.0 * np.pi * RADIUS, PITCH)
+    errors = []
+    for points_per_turn in (18, 36, 72):
+        thread = ThreadSegments(
+            equations.mesh, DoubleHelix(), Thread(), RADIUS * 1e-3, PITCH * 1e-3, points_per_turn
+        )
+        assert len(thread) == 2 * points_per_turn
+        errors.append(exact - thread.rest_length.sum())
+    # A chord of n a turn is short by a share of π²/6n² and O(n⁻⁴).
+    assert errors[0] == pytest.approx(exact * np.pi**2 / (6.0 * 18**2), rel=0.02)
+    orders = np.log2(np.divide(errors[:-1], errors[1:]))
+    np.testing.assert_allclose(orders, 2.0, atol=0.02)
+
+
+def test_a_turned_winding_starts_at_its_orientation(equations):
+    turned = ThreadSegments(equations.mesh, DoubleHelix(psi=0.4), Thread(), RADIUS * 1e-3, PITCH * 1e-3, 18)
+    starts = [turned.points(equations.mesh.p.T)[line[0]] for line in turned.polylines]
+    for start in starts:
+        np.testing.assert_allclose(start[:2], RADIUS * np.array([np.cos(0.4), np.sin(0.4)]), atol=2e-9)
+
+
+def test_a_uniform_stretch_of_the_host_stretches_every_segment_alike(thread, rest):
+    # Trilinear interpolation reproduces an affine motion exactly, wherever the points lie.
+    tension = thread.tension(1.002 * rest)
+    np.testing.assert_allclose(tension, 0.002 * Thread().axial_stiffness, rtol=1e-9)
+    energy = 0.5 * Thread().axial_stiffness * 0.002**2 * thread.rest_length.sum()
+    assert thread.energy(1.002 * rest) == pytest.approx(energy, rel=1e-9)
+
+
+def test_an_axial_stretch_of_the_host_pulls_at_the_helix_angle(thread, rest):
+    """l²/L0² = cos²φ + λ² sin²φ, for a segment that climbs at angle φ."""
+    climb = PITCH / TINY.around
+    share = (climb / thread.rest_length) ** 2
+    stretch = np.sqrt(1.0 - share + 1.1**2 * share)
+    # The nudge of the end points, 1e-9 mm of a 0.17 mm climb.
+    expected = Thread().axial_stiffness * (stretch - 1.0)
+    np.testing.assert_allclose(thread.tension(rest * [1.0, 1.0, 1.1]), expected, rtol=1e-7)
+
+
+def test_at_rest_there_is_no_force(thread, rest):
+    assert thread.energy(rest) == 0.0
+    np.testing.assert_array_equal(thread.response(rest)[0], 0.0)
+
+
+# A step of 1e-4 mm over segments of 2 mm: the fourth-order differences lose 1e-17 of the stiffness, round-off
+# 1e-12.
+STEP = 1e-4
+
+
+@pytest.fixture(scope="module")
+def x(rest) -> np.ndarray:
+    return deformed(rest.T / 6.0) * 6.0
+
+
+@pytest.fixture(scope="module")
+def direction(rest) -> np.ndarray:
+    return np.random.default_rng(2).uniform(-1.0, 1.0, rest.shape)
+
+
+def test_force_is_the_slope_of_the_energy(thread, x, direction):
+    force = assemble(thread.connectivity, thread.response(x)[0], len(x))
+    slope = difference(lambda t: thread.energy(x + t * direction), STEP)
+    assert np.sum(force * direction) == pytest.approx(float(slope), rel=1e-6)
+
+
+def test_tangent_is_the_symmetric_slope_of_the_force(thread, x, direction):
+    stiffness = thread.response(x)[1]
+    slope = difference(
+        lambda t: assemble(thread.connectivity, thread.response(x + t * direction)[0], len(x)), STEP
+    )
+    assert relative_error(times(thread.connectivity, stiffness, direction), slope) <= 1e-6
+    assert asymmetry(stiffness) <= 1e-10
+
+
+def test_length_gradient_is_the_slope_of_the_lengths(thread, x, direction):
+    gradient = thread.response(x)[2]
+    moved = direction[thread.connectivity].reshape(len(thread), -1)
+    # l = L0 (1 + T/EA).
+    slope = difference(
+        lambda t: thread.tension(x + t * direction) * thread.rest_length / thread.axial_stiffness, STEP
+    )
+    assert relative_error(np.einsum("sa,sa->s", gradient, moved), slope) <= 1e-9
+
+
+def test_a_given_tension_enters_the_tangent_alone(thread, x):
+    own = thread.tension(x)
+    force, stiffness, _ = thread.response(x)
+    np.testing.assert_array_equal(thread.response(x, own)[1], stiffness)
+    slack = thread.response(x, np.zeros(len(thread)))
+    np.testing.assert_array_equal(slack[0], force)
+    # Without tension only the stretch's EA/L0 along the segment is left: rank one.
+    rank = np.linalg.matrix_rank(slack[1], tol=1e-9 * np.abs(stiffness).max())
+    np.testing.assert_array_equal(rank, 1)
+
+
+@pytest.mark.parametrize(
+    ("make", "named"),
+    [
+        (lambda: Thread(young_modulus=0.0), "young_modulus: got 0.0"),
+        (lambda: Thread(young_modulus=np.inf), "young_modulus: got inf"),
+        (lambda: Thread(radius=-1e-4), "radius: got -0.0001"),
+        (lambda: DoubleHelix(psi=np.nan), "psi: got nan"),
+        (lambda: DoubleHelix(pitch=0.0), "pitch: got 0.0"),
+        (lambda: DoubleHelix(pitch=np.nan), "pitch: got nan"),
+    ],
+)
+def test_impossible_windings_are_refused_by_name(make, named):
+    with pytest.raises(ValueError, match=named):
+        make()

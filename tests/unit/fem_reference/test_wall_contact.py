@@ -1,0 +1,128 @@
+"""Contact between chamber walls: silent while they are apart, with exact derivatives once they are close."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sparse
+
+from fem_reference.wall_contact import ACTIVATION, TIE_BREAK, WallContact
+from tests.fem_fixtures import asymmetry, difference, relative_error
+
+
+@pytest.fixture(scope="module")
+def walls(equations) -> WallContact:
+    return equations.walls
+
+
+@pytest.fixture(scope="module")
+def rest(equations) -> np.ndarray:
+    return equations.mesh.p.T
+
+
+@pytest.fixture(scope="module")
+def x(rest) -> np.ndarray:
+    """All flattened along y to 0.012 of its width, with noise.
+
+    An affine map is one-to-one, so that no wall meets another, though chamber 1 is only 0.04 to 0.09 mm thin.
+    """
+    return rest * [1.0, 0.012, 1.0] + 1e-3 * np.random.default_rng(2).uniform(-1.0, 1.0, rest.shape)
+
+
+@pytest.fixture(scope="module")
+def direction(rest) -> np.ndarray:
+    return np.random.default_rng(1).uniform(-1.0, 1.0, rest.shape)
+
+
+def test_open_chambers_feel_nothing(walls, rest):
+    assert walls.response(rest) is None
+    assert walls.energy(rest) == 0.0
+    assert walls.minimum_distance(rest) == np.inf
+    assert not walls.intersects(rest)
+
+
+def test_walls_within_the_activation_distance_feel_each_other(walls, x):
+    assert not walls.intersects(x)
+    assert 0.0 < walls.minimum_distance(x) < ACTIVATION
+    assert walls.energy(x) > 0.0
+
+
+def test_the_same_positions_give_the_same_energy_and_force_every_time(walls, x):
+    energies = {walls.energy(x) for _ in range(30)}
+    assert len(energies) == 1
+    forces = np.array([walls.response(x)[0] for _ in range(10)])
+    assert np.ptp(forces, axis=0).max() == 0.0
+
+
+# The potential is smooth only between the places where contact pairs change kind; steps of 1e-7 mm from these
+# positions meet none. Against distances of 0.01 mm they lose (1e-5)⁴ of a difference, and round-off leaves
+# 1e-8 of it.
+STEP = 1e-7
+
+
+def test_force_is_the_slope_of_the_energy(walls, x, direction):
+    force, _ = walls.response(x)
+    slope = difference(lambda t: walls.energy(x + t * direction), STEP)
+    assert np.sum(force * direction) == pytest.approx(float(slope), rel=1e-6)
+
+
+def test_hessian_is_the_symmetric_slope_of_the_force(walls, x, direction):
+    _, hessian = walls.response(x)
+    slope = difference(lambda t: walls.response(x + t * direction)[0], STEP)
+    product = (hessian.tocsr() @ direction.ravel()).reshape(-1, 3)
+    assert relative_error(product, slope) <= 1e-6
+    assert asymmetry(hessian.toarray()) <= 1e-10
+
+
+def test_forces_on_the_walls_balance(walls, x):
+    force, _ = walls.response(x)
+    assert np.abs(force.sum(axis=0)).max() <= 1e-12 * np.abs(force).sum()
+
+
+def test_only_wall_nodes_are_pushed(walls, rest, x):
+    force, hessian = walls.response(x)
+    others = np.setdiff1d(np.arange(len(rest)), walls.nodes)
+    assert len(others) > 0
+    np.testing.assert_array_equal(force[others], 0.0)
+    assert sparse.csr_matrix(hessian)[(3 * others[:, None] + np.arange(3)).ravel()].nnz == 0
+
+
+def test_the_energy_grows_as_the_walls_close(walls, rest):
+    energies = [walls.energy(rest * [1.0, share, 1.0]) for share in (0.02, 0.012, 0.008, 0.006)]
+    assert np.all(np.diff(energies) > 0.0)
+
+
+def with_inner_arc_moved(equations, by: float) -> np.ndarray:
+    """The inner arc of chamber 1 moved outwards, along x."""
+    rest = equations.mesh.p.T
+    nodes = np.unique(equations.chambers[0].quads)
+    inner = nodes[np.hypot(*rest[nodes, :2].T) < 2.5 + 1e-6]
+    moved = rest.copy()
+    moved[inner, 0] += by
+    return moved
+
+
+def test_a_step_through_a_wall_is_cut_before_it_touches(walls, equations, rest):
+    beyond = with_inner_arc_moved(equations, 4.0)
+    limit = walls.step_limit(rest, beyond)
+    # The arcs' middle nodes, 2.5 mm apart, meet first, but for the tie-breaking offsets and the search's
+    # tolerance.
+    assert limit == pytest.approx(2.5 / 4.0, abs=1e-3)
+    assert not walls.intersects(rest + limit * (beyond - rest))
+    assert walls.step_limit(rest, with_inner_arc_moved(equations, 2.4)) == 1.0
+
+
+def test_a_wall_pushed_through_another_is_seen(walls, equations):
+    assert walls.intersects(with_inner_arc_moved(equations, 4.0))
+
+
+def test_the_minimum_distance_is_that_of_the_walls(walls, rest, equations):
+    # Outer arc's nodes of chamber 1 brought to 0.03 mm from the inner arc's middle node, along x.
+    nodes = np.unique(equations.chambers[0].quads)
+    section = rest[nodes]
+    radius = np.hypot(section[:, 0], section[:, 1])
+    middle = np.abs(section[:, 1]) < 1e-6
+    inner, outer = nodes[middle & (radius < 3.0)], nodes[middle & (radius > 4.0)]
+    assert len(inner) == len(outer) > 0
+    dented = rest.copy()
+    dented[outer, 0] = rest[inner[0], 0] + 0.03
+    # Both vertices carry tie-breaking offsets of up to 1e-4 mm in every direction.
+    assert walls.minimum_distance(dented) == pytest.approx(0.03, abs=2.0 * np.sqrt(3.0) * TIE_BREAK)

@@ -3,6 +3,7 @@
 from fem_reference.cell import CellError, CellState, Load, PeriodCell, follow
 from fem_reference.geometry import ActuatorGeometry
 from fem_reference.material import Ogden
+from fem_reference.mesh import LEVELS, MeshLevel
 from fem_reference.winding import DoubleHelix, Thread, Winding
 
 __all__ = [
@@ -10,7 +11,9 @@ __all__ = [
     "CellError",
     "CellState",
     "DoubleHelix",
+    "LEVELS",
     "Load",
+    "MeshLevel",
     "Ogden",
     "PeriodCell",
     "Thread",

@@ -15,7 +15,7 @@ from fem_reference.configuration import Configuration
 from fem_reference.geometry import ActuatorGeometry, as_vector
 from fem_reference.linear_solver import SymmetricSolver, default_solver
 from fem_reference.material import Ogden
-from fem_reference.mesh import mesh_level
+from fem_reference.mesh import MeshLevel, mesh_level
 from fem_reference.newton import Equilibrium, NewtonError, Target, solve_equilibrium
 from fem_reference.path import PathError, PathFollower
 from fem_reference.winding import DoubleHelix, Thread, Winding
@@ -124,7 +124,7 @@ class PeriodCell:
     Parameters
     ----------
     geometry, material, winding, thread : the actuator; by default the paper's.
-    level : mesh level, ``coarse``, ``medium`` or ``paper``.
+    level : ``coarse``, ``medium``, ``paper``, or element counts of your own.
     solver : linear solver; by default MKL PARDISO where it is installed.
 
     Raises
@@ -137,19 +137,17 @@ class PeriodCell:
         self,
         geometry: ActuatorGeometry | None = None,
         winding: Winding | None = None,
-        level: str = "coarse",
+        level: str | MeshLevel = "coarse",
         material: Ogden | None = None,
         thread: Thread | None = None,
         solver: SymmetricSolver | None = None,
     ) -> None:
         self.geometry = geometry or ActuatorGeometry()
         self.winding = winding or DoubleHelix()
-        self.level = level
+        self.level = level if isinstance(level, MeshLevel) else mesh_level(level)
         self.material = material or Ogden()
         self.thread = thread or Thread()
-        self.equations = CellEquations(
-            self.geometry, self.material, self.winding, self.thread, mesh_level(level)
-        )
+        self.equations = CellEquations(self.geometry, self.material, self.winding, self.thread, self.level)
         self._solver = solver or default_solver()
         self._rest: Equilibrium | None = None
         self._rest_energy = 0.0

@@ -128,6 +128,11 @@ class CellEquations:
         """Positions of every node [mm]."""
         return HelicalFrame(self.helical, at.positions, screw_series(at.curvature, self.reach)).positions
 
+    def period_motion(self, at: Configuration) -> tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, "3"]]:
+        """Rotation, and translation [mm], that take the cell to the next period."""
+        motion, *_ = screw_series(at.curvature, self.reach).at(self.period)
+        return motion[:3, :3], motion[:3, 3]
+
     def volumes(self, at: Configuration) -> Float[np.ndarray, "3"]:
         """Volume of each chamber in one period [mm³]."""
         positions = self.all_positions(at)

@@ -209,7 +209,7 @@ def _to_skfem(named: dict[str, list[int]]) -> skfem.MeshHex:
     points[where[tags.astype(int)[keep]]] = coordinates.reshape(-1, 3)[keep]
     hexes = hexes.reshape(-1, 8)
     # gmsh counts a hexahedron's nodes around its bottom and then its top face; scikit-fem in binary order.
-    mesh = skfem.MeshHex(points.T, np.ascontiguousarray(_binary_order(hexes).T))
+    mesh = skfem.MeshHex(np.ascontiguousarray(points.T), np.ascontiguousarray(_binary_order(hexes).T))
 
     sorted_facets = {tuple(sorted(f)): i for i, f in enumerate(mesh.facets.T)}
     boundaries = {}

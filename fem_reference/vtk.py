@@ -1,0 +1,69 @@
+"""Write a state of the cell for ParaView: the deformed hexahedra and, as line cells, the winding."""
+
+from pathlib import Path
+
+import meshio
+import numpy as np
+import skfem.io.meshio as skfem_meshio
+
+from fem_reference.cell import CellState, PeriodCell
+
+_KPA_PER_MPA = 1e3
+BODY, WINDING = 0, 1
+
+
+def write_vtk(cell: PeriodCell, state: CellState, file: str | Path, periods: int = 1) -> None:
+    """Write the deformed cell as an unstructured grid, in millimetres.
+
+    Point data: ``displacement_mm``, so that ParaView's *Warp By Vector* with a factor of −1 gives the rest
+    shape. Cell data: ``part`` (0 body, 1 winding), ``pressure_kpa`` (mean pressure in the silicone, positive
+    in compression) and ``tension_n`` (of the thread).
+
+    Parameters
+    ----------
+    cell, state : the cell and one of its states.
+    file : to write; the suffix chooses the format.
+    periods : copies to stack along the rod, each the image of the one before.
+
+    Raises
+    ------
+    ValueError
+        For another suffix, or fewer than one period.
+    """
+    file = Path(file)
+    if file.suffix not in (".vtu", ".vtk"):
+        raise ValueError(f"file: got {file.name!r}, expected a name that ends in .vtu or .vtk")
+    if periods < 1:
+        raise ValueError(f"periods: got {periods}, expected at least 1")
+    equations = cell.equations
+    rest = np.concatenate([equations.mesh.p.T, equations.thread.points(equations.mesh.p.T)])
+    nodes = equations.all_positions(state.configuration)
+    moved = np.concatenate([nodes, equations.thread.points(nodes)])
+    hexes = skfem_meshio.to_meshio(equations.mesh).cells_dict["hexahedron"]
+    lines = len(nodes) + np.concatenate(
+        [np.column_stack([line[:-1], line[1:]]) for line in equations.thread.polylines]
+    )
+    turn, shift = equations.period_motion(state.configuration)
+
+    at_rest, deformed, hex_cells, line_cells = [], [], [], []
+    for k in range(periods):
+        at_rest.append(rest + np.array([0.0, 0.0, k * equations.period]))
+        deformed.append(moved)
+        hex_cells.append(hexes + k * len(rest))
+        line_cells.append(lines + k * len(rest))
+        moved = moved @ turn.T + shift
+    points = np.concatenate(deformed)
+    body, winding = periods * len(hexes), periods * len(lines)
+    # The element pressure is positive in tension.
+    pressure = np.tile(-_KPA_PER_MPA * state.configuration.element_pressure, periods)
+    tension = np.tile(equations.thread.tension(nodes), periods)
+    meshio.Mesh(
+        points,
+        [("hexahedron", np.concatenate(hex_cells)), ("line", np.concatenate(line_cells))],
+        point_data={"displacement_mm": points - np.concatenate(at_rest)},
+        cell_data={
+            "part": [np.full(body, BODY), np.full(winding, WINDING)],
+            "pressure_kpa": [pressure, np.zeros(winding)],
+            "tension_n": [np.zeros(body), tension],
+        },
+    ).write(file)

@@ -1,9 +1,10 @@
 """Which states a calibration samples: loading paths that a continuation can follow.
 
-Every path starts at the unloaded section and moves in steps small enough for the cell solver. Paths are drawn
-from a seed and given their role (``train`` or ``held-out``) before anything is computed; the held-out ones
-come from a random stream of their own, so that adding training paths never changes what judges them. Kinds
-are interleaved: any leading part of a design is a balanced, smaller design.
+Every path starts at the unloaded section and moves in steps small enough for the cell solver. Pressures only
+rise along it: where partition walls buckle the cell has several branches, and the law is that of loading.
+Paths are drawn from a seed and given their role (``train`` or ``held-out``) before anything is computed; the
+held-out ones come from a random stream of their own, so that adding training paths never changes what judges
+them. Kinds are interleaved: any leading part of a design is a balanced, smaller design.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -93,16 +94,15 @@ def _train_waypoints(domain: Domain, rng: np.random.Generator, mirror: bool) -> 
     ]
     for direction in (*singles, *pairs, np.ones(3)):
         yield "free", _ramp(domain, direction, [])
-        yield "turns", _ramp(domain, direction, _turns(domain, rng, (0.15, 0.45, 0.75, 1.0)))
-        yield "walk", _edge_walk(domain, rng, with_moment=False)
+        yield "turns", _ramp(domain, direction, _turns(domain, rng, (0.15, 0.45, 0.8)))
         yield "moment", _moments_only(domain, rng)
     kinds: Sequence[Callable[[], Waypoints]] = (
         lambda: ("free", _ramp(domain, _direction(rng), [])),
-        lambda: ("turns", _ramp(domain, _direction(rng), _turns(domain, rng, (0.08, 0.3, 0.6, 1.0)))),
+        lambda: ("turns", _ramp(domain, _direction(rng), _turns(domain, rng, (0.08, 0.3, 0.6)))),
         lambda: ("mixed", _mixture(domain, rng, edge(domain, _direction(rng)))),
-        lambda: ("walk", _edge_walk(domain, rng, with_moment=True)),
+        lambda: ("free", _ramp(domain, _direction(rng), [])),
         lambda: ("turns", _ramp(domain, _direction(rng), _turns(domain, rng, (0.2, 0.5, 0.8)))),
-        lambda: ("walk", _edge_walk(domain, rng, with_moment=False)),
+        lambda: ("mixed", _mixture(domain, rng, edge(domain, _direction(rng)))),
         lambda: ("small", _mixture(domain, rng, 0.3 * rng.random() * edge(domain, _direction(rng)))),
     )
     for kind in cycle(kinds):
@@ -112,11 +112,11 @@ def _train_waypoints(domain: Domain, rng: np.random.Generator, mirror: bool) -> 
 def _held_out_waypoints(domain: Domain, rng: np.random.Generator) -> Iterator[Waypoints]:
     """Endless held-out paths: pressures uniform in the whole domain, without and with moment in turn."""
     for with_moment in cycle((False, True)):
-        first, second = _uniform_pressure(domain, rng), _uniform_pressure(domain, rng)
+        pressure = _uniform_pressure(domain, rng)
         if with_moment:
-            yield "mixed", [*_mixture(domain, rng, first), (second, _ball(rng, domain.moment_max))]
+            yield "mixed", _mixture(domain, rng, pressure)
         else:
-            yield "free", [(first, np.zeros(3)), (second, np.zeros(3))]
+            yield "free", [(pressure, np.zeros(3))]
 
 
 def _ramp(
@@ -149,13 +149,6 @@ def _mixture(domain: Domain, rng: np.random.Generator, pressure: Vector) -> list
     """Pressure and moment ramped together, the moment through random values."""
     moments = [_ball(rng, domain.moment_max) for _ in range(3)]
     return [(share * pressure, moment) for share, moment in zip((0.3, 0.65, 1.0), moments, strict=True)]
-
-
-def _edge_walk(domain: Domain, rng: np.random.Generator, with_moment: bool) -> list[tuple[Vector, Vector]]:
-    """Out to the domain's edge, then from one of its points to the next."""
-    points = [edge(domain, _direction(rng)) for _ in range(3)]
-    moments = [_ball(rng, domain.moment_max) if with_moment else np.zeros(3) for _ in range(3)]
-    return list(zip(points, moments, strict=True))
 
 
 def _direction(rng: np.random.Generator) -> Vector:

@@ -18,9 +18,9 @@ _EASY, _HARD = 5, 9
 # Cosine of the angle between two legs of a path that still counts as straight on.
 _STRAIGHT = 0.999
 _GROW, _SHRINK = 1.6, 0.6
-_SMALLEST = 0.02
+_SMALLEST = 0.05
 # Steps beyond a spot where contact pairs change kind, tried when ever smaller ones all fail before it.
-_LEAPS = (0.05, 0.1, 0.2)
+_LEAPS = (0.1, 0.2)
 
 
 class PathError(ArithmeticError):

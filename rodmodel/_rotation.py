@@ -36,6 +36,13 @@ def quaternion_rate(quaternion: Float[Array, "4"], curvature: Float[Array, "3"])
     return 0.5 * jnp.concatenate([scalar, w * curvature + jnp.cross(v, curvature)])
 
 
+def turn_of(quaternion: Float[Array, "4"], rate: Float[Array, "4 n"]) -> Float[Array, "3 n"]:
+    """Infinitesimal turns θ in the body frame, δR = R θ̂, of changes of a quaternion, columns of `rate`."""
+    w, v = quaternion[0], quaternion[1:]
+    vector = w * rate[1:] - v[:, None] * rate[0] - cross_matrix(v) @ rate[1:]
+    return 2.0 / jnp.sum(quaternion**2) * vector
+
+
 def screw(
     curvature: Float[Array, "3"], arc_length: Float[Array, ""]
 ) -> tuple[Float[Array, "3"], Float[Array, "3 3"]]:

@@ -12,6 +12,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from rodmodel._equilibrium import Equilibrium, base_state, solve_3x3, split
 from rodmodel._nodes import INTEGRALS, NODES
+from rodmodel._stability import is_stable
 
 _MAX_ODE_STEPS = 256
 _MAX_SHOTS = 512
@@ -68,14 +69,14 @@ def shoot(equilibrium: Equilibrium, tolerance: float) -> Shot:
 
     Returns
     -------
-    shot : where the full load cannot be reached, the equilibrium at the largest fraction of it that was.
-        Derivatives are those of the equilibrium at that fraction, by the implicit function theorem.
+    shot : where the full load cannot be reached, because the rod would buckle or snap on the way or the steps
+        become too small, the equilibrium at the largest fraction of it that was. Derivatives are those of
+        the equilibrium at that fraction, by the implicit function theorem.
     """
 
-    def imbalance(turn: Float[Array, "3"], loaded: Equilibrium) -> tuple[Array, tuple[Array, Array]]:
+    def shot_from(turn: Float[Array, "3"], loaded: Equilibrium) -> tuple[Array, Array]:
         states = _integrate(loaded, base_state(turn), tolerance)
-        missing = loaded.end_imbalance(states[-1])
-        return missing, (missing, states)
+        return states, states
 
     def unfinished(at: _Progress) -> Bool[Array, ""]:
         possible = (at.step >= _SMALLEST_LOAD_STEP) & (at.reached.shots < _MAX_SHOTS)
@@ -88,12 +89,14 @@ def shoot(equilibrium: Equilibrium, tolerance: float) -> Shot:
         target = jnp.where(at.step < left, reached.load_fraction + at.step, 1.0)
         target = jnp.where(unloaded, 0.0, target)
         loaded = _scaled(equilibrium, target)
-        slopes, (missing, states) = jax.jacfwd(imbalance, has_aux=True)(at.guess, loaded)
-        correction = -solve_3x3(slopes, missing)
+        by_turn, states = jax.jacfwd(shot_from, has_aux=True)(at.guess, loaded)
+        imbalance_by_turn = jax.jacfwd(loaded.end_imbalance)(states[-1]) @ by_turn[-1]
+        correction = -solve_3x3(imbalance_by_turn, loaded.end_imbalance(states[-1]))
         size = jnp.max(jnp.abs(correction))
 
         done = size <= 10.0 * tolerance
-        good = done & (unloaded | _near(states, reached.states))
+        near = unloaded | _near(states, reached.states)
+        good = done & near & is_stable(loaded, states, by_turn, imbalance_by_turn)
         # Written so that a NaN is hopeless.
         hopeful = ~done & (size <= _CONTRACTION * at.correction) & (size <= _MAX_TURN)
 

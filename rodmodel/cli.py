@@ -151,7 +151,11 @@ def _check_domain(rod: Rod, pressure: np.ndarray, came: list[str]) -> None:
 
 def _check_plot_file(file: Path) -> None:
     """Refuse before the solve what can be known to fail after it."""
-    if file.suffix.lower() not in _PLOT_SUFFIXES or file.is_dir() or not os.access(file.parent, os.W_OK):
+    try:
+        usable = not file.is_dir() and os.access(file.parent, os.W_OK)
+    except OSError:  # a name that is too long, say
+        usable = False
+    if not usable or file.suffix.lower() not in _PLOT_SUFFIXES:
         raise InputError(f"--plot: got {str(file)!r}, expected {_PLOT_FILE}")
 
 

@@ -7,11 +7,11 @@ from fem_reference.mesh import LEVELS, MeshLevel
 from fem_reference.winding import DoubleHelix, Thread, Winding
 
 __all__ = [
+    "LEVELS",
     "ActuatorGeometry",
     "CellError",
     "CellState",
     "DoubleHelix",
-    "LEVELS",
     "Load",
     "MeshLevel",
     "Ogden",

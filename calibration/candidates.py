@@ -16,8 +16,9 @@ import optimistix as optx
 from jax import Array
 from jaxtyping import Float
 
-from calibration.fit import HESSIAN_WEIGHT, Scales
+from calibration.fit import HESSIAN_WEIGHT
 from calibration.samples import Metric, Samples
+from calibration.start import Scales
 from rodmodel import SectionLaw
 
 _MIRROR = np.array([-1.0, 1.0, -1.0])  # of the curvatures

@@ -13,8 +13,9 @@ import numpy as np
 
 from calibration.candidates import derivatives, fit_polynomial, network_law
 from calibration.error import figures
-from calibration.fit import Scales, Watch, minimise
+from calibration.fit import Watch, minimise
 from calibration.samples import Metric, Samples
+from calibration.start import Scales
 from rodmodel import SectionLaw
 
 DEGREES = (4, 6, 8)

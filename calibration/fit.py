@@ -32,54 +32,6 @@ def _nobody(stage: str, iterations: int, loss: float) -> None:
     pass
 
 
-@dataclass(frozen=True)
-class Scales:
-    """Fixed scales of the law, from the data, so that its coefficients are numbers near one."""
-
-    pressure: float
-    curvature: float
-    energy: float
-    rest_volume: float
-
-    @classmethod
-    def of(cls, samples: Samples, moment_max: float) -> "Scales":
-        """Scales for some states, the largest moment [N m] among them."""
-        stiffness = float(np.median(np.linalg.eigvalsh(samples.hessian[:, :3, :3])))
-        curvature = 2.0 * moment_max / stiffness
-        at_rest = np.argmin(
-            np.linalg.norm(samples.pressure, axis=1) / 1e3 + np.linalg.norm(samples.curvature, axis=1)
-        )
-        return cls(
-            pressure=float(0.4 * samples.pressure.max()),
-            curvature=curvature,
-            energy=stiffness * curvature**2,
-            rest_volume=float(samples.volume[at_rest].mean()),
-        )
-
-
-def initial_law(scales: Scales, hidden: int, seed: int, mirror: bool) -> FreeStateExpansion:
-    """A law with random small coefficients and the stiffness of the median state."""
-    rng = np.random.default_rng(seed)
-    outputs = 35
-    bias = np.zeros(outputs)
-    bias[[4, 7, 9]] = 1.0  # diagonal of K
-    weights = (
-        1.5 * rng.standard_normal((hidden, 3)),
-        rng.standard_normal((hidden, hidden)) / np.sqrt(hidden),
-        0.1 * rng.standard_normal((outputs, hidden)) / np.sqrt(hidden),
-    )
-    biases = (rng.standard_normal(hidden), 0.3 * rng.standard_normal(hidden), bias)
-    return FreeStateExpansion(
-        weights=tuple(map(jnp.asarray, weights)),
-        biases=tuple(map(jnp.asarray, biases)),
-        pressure_scale=scales.pressure,
-        curvature_scale=scales.curvature,
-        energy_scale=scales.energy,
-        rest_volume=scales.rest_volume,
-        mirror=mirror,
-    )
-
-
 def mean_square(
     law: SectionLaw, samples: Samples, scales: Metric, derive: Derivatives = derivatives
 ) -> jax.Array:
@@ -195,7 +147,7 @@ def choose_size(
         found = minimise(
             start(hidden, seed), inner, inner_scales, TRIAL_ITERATIONS, watch=partial(watch, f"size {hidden}")
         )
-        error = float(mean_square(found.law, outer, outer_scales))
+        error = float(jax.jit(partial(mean_square, found.law, outer, outer_scales))())
         parameters = sum(x.size for x in (*found.law.weights, *found.law.biases))
         trials.append(Trial(hidden, parameters, seed, error))
     best = min(trial.validation for trial in trials)

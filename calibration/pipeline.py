@@ -11,10 +11,11 @@ from calibration.compare import compare, markdown
 from calibration.dataset import attributes
 from calibration.design import MOMENT_STEPS, inside
 from calibration.error import deviations, figures
-from calibration.fit import SIZES, STARTS, TRIAL_ITERATIONS, Scales, choose_size, fit_expansion, initial_law
+from calibration.fit import SIZES, STARTS, TRIAL_ITERATIONS, choose_size, fit_expansion
 from calibration.plots import write_figures
 from calibration.progress import progress_bar
 from calibration.samples import Metric, Samples, metric, stable_samples
+from calibration.start import Scales, initial_law
 from rodmodel import Domain, FreeStateExpansion, SectionLaw
 
 
@@ -72,7 +73,7 @@ def fit_and_judge(
     mirror = bool(attributes(dataset)["mirror"])
 
     def start(size: int, seed: int) -> FreeStateExpansion:
-        return initial_law(material.scales, size, seed, mirror)
+        return initial_law(material.train, material.scales, size, seed, mirror)
 
     trials: tuple[Any, ...] = ()
     total = (0 if hidden else len(SIZES)) * TRIAL_ITERATIONS + STARTS * TRIAL_ITERATIONS + iterations

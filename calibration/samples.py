@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 Floats = Float[np.ndarray, "..."]
 
 VOLUME_TOLERANCE = 0.01  # of the volume's range, weighs as much as one degree of bending angle
-SOFT_LIMIT = 0.25  # states this much softer than the median section are weighed as if stiffer
+SOFT_LIMIT = 0.25  # of the median stiffness; a state near its snap would else outweigh all others
 
 
 @dataclass(frozen=True)
@@ -83,10 +83,16 @@ def metric(samples: Samples, length: float, pressure_step: float, moment_step: f
     length : of the body whose bending angle counts [m].
     pressure_step, moment_step : between neighbouring states of a path [Pa], [N m].
     """
-    stiffness, frame = np.linalg.eigh(samples.hessian[:, :3, :3])
-    median = float(np.median(stiffness))
-    compliance = np.einsum("nij,nj,nkj->nik", frame, 1.0 / np.maximum(stiffness, SOFT_LIMIT * median), frame)
+    stiffness = samples.hessian[:, :3, :3]
     gradient = np.zeros((len(samples), 6, 6))
-    gradient[:, :3, :3] = np.rad2deg(length) * compliance
+    gradient[:, :3, :3] = np.rad2deg(length) * compliances(stiffness)
     gradient[:, 3:, 3:] = np.eye(3) / (VOLUME_TOLERANCE * np.ptp(samples.volume))
-    return Metric(gradient, np.array([moment_step / median] * 3 + [pressure_step] * 3))
+    typical = float(np.median(np.linalg.eigvalsh(stiffness)))
+    return Metric(gradient, np.array([moment_step / typical] * 3 + [pressure_step] * 3))
+
+
+def compliances(stiffness: Float[np.ndarray, "n 3 3"]) -> Float[np.ndarray, "n 3 3"]:
+    """Inverse stiffness of each state [1/(N m²)], none softer than a quarter of the median section."""
+    value, frame = np.linalg.eigh(stiffness)
+    value = np.maximum(value, SOFT_LIMIT * np.median(value))
+    return np.einsum("nij,nj,nkj->nik", frame, 1.0 / value, frame)

@@ -1,0 +1,161 @@
+"""The command line: from a dataset to a calibration file and its report; one line for bad input."""
+
+import json
+import re
+
+import jax
+import pytest
+
+import rodmodel
+from calibration.cli import main
+
+RUN = ["run", "--out", "unused"]
+
+
+@pytest.fixture
+def bad(capsys):
+    """Exit status and stderr of arguments that must be refused, with nothing on stdout."""
+
+    def call(*arguments):
+        try:
+            status = main(list(arguments))
+        except SystemExit as ended:
+            status = ended.code
+        printed = capsys.readouterr()
+        assert printed.out == ""
+        assert printed.err.count("\n") == 1, printed.err
+        return status, printed.err
+
+    return call
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named", "came", "expected"),
+    [
+        ([*RUN, "--psi-deg", "abc"], "--psi-deg", "abc", "finite number"),
+        ([*RUN, "--pitch-mm", "0"], "--pitch-mm", "0", "positive"),
+        ([*RUN, "--pitch-mm", "nan"], "--pitch-mm", "nan", "positive"),
+        ([*RUN, "--layout", "knot"], "--layout", "knot", "double-helix"),
+        ([*RUN, "--paths", "0"], "--paths", "0", "at least 1"),
+        ([*RUN, "--workers", "two"], "--workers", "two", "whole number"),
+        ([*RUN, "--pressure-max-kpa", "70", "50"], "--pressure-max-kpa", "", "3"),
+        ([*RUN, "--pressure-max-kpa", "70", "50", "-1"], "--pressure-max-kpa", "-1", "positive"),
+        ([*RUN, "--moment-max-nmm", "inf"], "--moment-max-nmm", "inf", "positive"),
+        (["run"], "--out", "", "required"),
+        (["fit", "missing.nc", "--out", "law.json"], "missing.nc", "", "expected a file of `run`"),
+        (["fit", "missing.nc", "--out", "law.json", "--hidden", "0"], "--hidden", "0", "at least 1"),
+        (["sweep"], "run | fit | report", "sweep", "fit"),
+    ],
+)
+def test_bad_input_exits_2_with_one_line(bad, arguments, named, came, expected):
+    status, line = bad(*arguments)
+    assert status == 2
+    for part in (named, came, expected):
+        assert part in line
+
+
+def test_an_output_that_cannot_be_written_is_found_before_the_work(bad, run_directory, tmp_path):
+    status, line = bad("fit", str(run_directory / "dataset.nc"), "--out", str(tmp_path / "no" / "law.json"))
+    assert status == 2
+    assert "--out" in line
+    assert "expected a path that can be written" in line
+
+
+def test_a_run_directory_of_another_run_is_refused(bad, run_directory):
+    status, line = bad("run", "--out", str(run_directory), "--seed", "5", "--workers", "1")
+    assert status == 2
+    assert re.search(r"--out: .* holds a run with ", line)
+
+
+@pytest.fixture(scope="module")
+def calibrated(run_directory, tmp_path_factory):
+    """A calibration file of a few iterations, from the command line."""
+    file = tmp_path_factory.mktemp("fit") / "law.json"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("calibration.fit.STARTS", 1)
+        patch.setattr("calibration.fit.TRIAL_ITERATIONS", 5)
+        arguments = ["fit", str(run_directory / "dataset.nc"), "--out", str(file)]
+        assert main([*arguments, "--hidden", "8", "--iterations", "150", "--json"]) == 0
+    return file
+
+
+def test_fit_writes_a_calibration_that_a_rod_can_use(calibrated, run_directory):
+    calibration = rodmodel.read_calibration(calibrated)
+    assert calibration.layout == rodmodel.Layout("double-helix", 0.0, 3e-3)
+    assert calibration.domain == rodmodel.Domain((70e3, 50e3, 50e3), 100e3, 2e-3)
+    assert calibration.angle_error == calibration.error["free_bending_angle_rad"]["p95"]
+    assert 0.05 < calibration.actuator.mass_per_length < 0.1  # 63 mm² of silicone and the rod
+    provenance = calibration.provenance
+    assert provenance["run_command"] == "rodmodel-calibrate run"
+    assert provenance["fit_command"].startswith("rodmodel-calibrate fit ")
+    assert re.fullmatch("[0-9a-f]{64}", provenance["dataset_sha256"])
+    assert provenance["states"] > 1000
+    # The jitted law of the file is the one that was judged.
+    free = jax.jit(calibration.section_law.free_curvature)(jax.numpy.array([3e4, 0.0, 0.0]))
+    assert free[1] < 0
+    assert run_directory.exists()
+
+
+def test_report_repeats_the_figures_of_the_file_and_draws(calibrated, run_directory, tmp_path, capsys):
+    arguments = [
+        "report",
+        str(run_directory / "dataset.nc"),
+        str(calibrated),
+        "--figures",
+        str(tmp_path / "png"),
+    ]
+    assert main([*arguments, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["error"] == dict(rodmodel.read_calibration(calibrated).error)
+    drawn = sorted(file.name for file in (tmp_path / "png").iterdir())
+    assert drawn == ["angle-against-pressure.png", "error-over-states.png", "parity.png"]
+    assert all(file.read_bytes()[:4] == b"\x89PNG" for file in (tmp_path / "png").iterdir())
+
+    assert main(arguments[:3]) == 0
+    table = capsys.readouterr().out
+    row = next(line for line in table.splitlines() if line.startswith("| free-bending angle [deg]"))
+    p95 = 57.29578 * told["error"]["free_bending_angle_rad"]["p95"]
+    assert f"{p95:.3g}" in row
+
+
+def test_report_compares_with_other_laws_on_the_same_states(calibrated, run_directory, monkeypatch, capsys):
+    monkeypatch.setattr("calibration.compare.DEGREES", (3,))
+    monkeypatch.setattr("calibration.compare.REPEATS", 40)
+    arguments = [
+        "report",
+        str(run_directory / "dataset.nc"),
+        str(calibrated),
+        "--compare",
+        "--iterations",
+        "3",
+    ]
+    assert main(arguments) == 0
+    rows = [line for line in capsys.readouterr().out.splitlines() if line.startswith("| ")]
+    names = [row.split("|")[1].strip() for row in rows]
+    assert names[-3:] == [
+        "polynomial of degree 3 in (u, p)",
+        "tanh network 6–32–32–1 in (u, p)",
+        "free-state expansion",
+    ]
+
+
+def test_a_domain_narrowed_on_the_command_line_judges_fewer_states(
+    run_directory, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setattr("calibration.fit.STARTS", 1)
+    monkeypatch.setattr("calibration.fit.TRIAL_ITERATIONS", 2)
+    arguments = ["fit", str(run_directory / "dataset.nc"), "--out", str(tmp_path / "law.json"), "--json"]
+    short = ["--hidden", "3", "--iterations", "20", "--pressure-max-kpa", "40", "30", "30"]
+    assert main([*arguments, *short, "--pressure-sum-max-kpa", "60"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert rodmodel.read_calibration(tmp_path / "law.json").domain.pressure_max == (40e3, 30e3, 30e3)
+    worst = told["error"]["volume_m2"]["worst_at"]["pressure_pa"]
+    assert worst[0] <= 40e3
+    assert sum(worst) <= 60e3
+
+
+def test_a_file_that_is_no_calibration_is_refused(bad, run_directory, tmp_path):
+    (tmp_path / "law.json").write_text('{"schema": "rodmodel-cal')
+    status, line = bad("report", str(run_directory / "dataset.nc"), str(tmp_path / "law.json"))
+    assert status == 2
+    assert "law.json" in line

@@ -54,17 +54,20 @@ class Rod(eqx.Module):
         """Equilibrium under chamber pressures and dead loads.
 
         Without loads the rod is an arc of the free curvature, in closed form. With loads the equations of
-        [`rodmodel._equilibrium.Equilibrium`][] are integrated and solved by shooting, from the free shape;
-        an equilibrium that is found may be unstable under loads past buckling. A load that is not given
-        costs nothing.
+        [`rodmodel._equilibrium.Equilibrium`][] are integrated and solved by shooting; where it takes that to
+        stay with the rod, the loads grow in proportion from zero. The equilibrium is the stable one that the
+        rod goes to. Where it would snap, or buckle to no side in particular, the solve ends there without
+        convergence. A load that is not given costs nothing.
 
-        Parameters ---------- pressure : gauge pressures of chambers 1, 2 and 3, zero or positive [Pa].
-        tip_force : at the centre of the cap's outer face, world frame, dead [N]. tip_moment : on the cap,
-        world frame, dead [N m]. gravity : acceleration, world frame [m/s²]: (0, 0, -9.81) for a rod that
-        stands on its base. throw : raise where the pressure is negative, not finite or outside the
-        calibration, a load is not finite,
-            or the solve fails. If false, these are flagged in the solution: under `jax.vmap`, for each row
-            alone. A moment outside the calibration is only ever flagged, by `in_domain`.
+        Parameters
+        ----------
+        pressure : gauge pressures of chambers 1, 2 and 3, zero or positive [Pa].
+        tip_force : at the centre of the cap's outer face, world frame, dead [N].
+        tip_moment : on the cap, world frame, dead [N m].
+        gravity : acceleration, world frame [m/s²]: (0, 0, -9.81) for a rod that stands on its base.
+        throw : raise where the pressure is negative, not finite or outside the calibration, a load is not
+            finite, or the solve fails. If false, these are flagged in the solution: under `jax.vmap`, for
+            each row alone. A moment outside the calibration is only ever flagged, by `in_domain`.
 
         Returns
         -------
@@ -77,10 +80,11 @@ class Rod(eqx.Module):
         RuntimeError
             See `throw`.
 
-        Notes ----- Derivatives are those of the equilibrium, by the implicit function theorem, in forward
-        and reverse mode; of second ones, forward over reverse and forward over forward. With loads, states
-        along the rod are exact to 1e-8 of their range in double precision (1e-4 in single), and so are
-        derivatives.
+        Notes
+        -----
+        Derivatives are those of the equilibrium, by the implicit function theorem, in forward and reverse
+        mode; second ones, forward over either. With loads, states along the rod are exact to 1e-8 of their
+        range in double precision and 1e-4 in single, and so are derivatives.
         """
         loads = Loads(
             tip_force=None if tip_force is None else _vector("tip_force", tip_force, "components [N]"),

@@ -197,10 +197,10 @@ def test_a_picture_is_written_beside_the_json(predict: Any, tmp_path: Path) -> N
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_picture_that_cannot_be_written_is_told(predict: Any) -> None:
-    """A name that no file system takes passes the first look and fails in the writing."""
-    name = 300 * "a" + ".png"
-    status, out, err = predict("--pressure-kpa", "30", "0", "0", "--plot", f"/tmp/{name}")
+@pytest.mark.parametrize("picture", ["/proc/a.png", "/tmp/" + 300 * "a" + ".png"])
+def test_a_picture_that_cannot_be_written_is_told(predict: Any, picture: str) -> None:
+    """A directory that looks as if it took files and does not; a name that is too long."""
+    status, out, err = predict("--pressure-kpa", "30", "0", "0", "--plot", picture)
     assert (status, out) == (BAD_INPUT, "")
     assert err.count("\n") == 1
     assert PLOT_FILE in err

@@ -1,0 +1,37 @@
+"""Each example runs as it stands."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def picture(tmp_path: Path) -> Path:
+    return tmp_path / "pictures" / "bent.png"
+
+
+def test_01_predict_prints_the_bending_and_draws_it(picture: Path) -> None:
+    run = subprocess.run(
+        [sys.executable, "-W", "error", str(ROOT / "examples" / "01_predict.py"), str(picture)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    rows = [line.split("│")[1:-1] for line in run.stdout.splitlines() if line.startswith("│")]
+    assert [float(row[0]) for row in rows] == [10, 20, 30, 40, 50, 60]
+    angles, planes = ([float(row[column]) for row in rows] for column in (1, 2))
+    assert angles == sorted(angles)
+    assert 5.0 < angles[0] < angles[-1] < 180.0
+    # Chamber 1 alone bends in the plane of its middle, towards -x.
+    assert planes == [0.0] * 6
+    tips = [[float(x) for x in row[3].split()] for row in rows]
+    assert all(x < 0.0 and y == 0.0 for x, y, _ in tips)
+    volumes = [[float(x) for x in row[4].split()] for row in rows]
+    assert all(len(volume) == 3 and min(volume) > 0.0 for volume in volumes)
+    assert picture.read_bytes().startswith(b"\x89PNG")

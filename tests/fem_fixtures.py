@@ -88,6 +88,17 @@ def times(nodes: np.ndarray, local: np.ndarray, direction: np.ndarray) -> np.nda
     return assemble(nodes, np.einsum("eab,eb->ea", local, moved), len(direction))
 
 
+def polar_second_moment(geometry: ActuatorGeometry) -> float:
+    """∫ r² dA of the silicone section [m⁴]: a ring's, less the chambers' by Gauss–Legendre quadrature."""
+    inner, outer = geometry.chamber_inner_radius, geometry.chamber_outer_radius
+    point, weight = np.polynomial.legendre.leggauss(12)
+    radius = 0.5 * (inner + outer) + 0.5 * (outer - inner) * point
+    span = np.array([2.0 * geometry.chamber_half_angle(float(r)) for r in radius])
+    chamber = 0.5 * (outer - inner) * np.sum(weight * span * radius**3)
+    ring = np.pi / 32.0 * (geometry.body_diameter**4 - geometry.cavity_diameter**4)
+    return float(ring - 3.0 * chamber)
+
+
 def bent_configuration(equations, curvature, seed=0, expansion=1e-3, noise=1e-3):
     """An admissible configuration far from equilibrium.
 
@@ -109,6 +120,12 @@ def bent_configuration(equations, curvature, seed=0, expansion=1e-3, noise=1e-3)
 def tiny_equations() -> CellEquations:
     """The paper's cell on the fewest elements."""
     return CellEquations(ActuatorGeometry(), Ogden(), DoubleHelix(), Thread(), TINY)
+
+
+@functools.cache
+def tiny_cell() -> PeriodCell:
+    """The paper's cell on the fewest elements."""
+    return PeriodCell(level=TINY)
 
 
 @functools.cache
@@ -140,3 +157,8 @@ def cell() -> PeriodCell:
 @pytest.fixture(scope="session")
 def bending_path() -> dict[int, CellState]:
     return chamber_one_path()
+
+
+@pytest.fixture(scope="session")
+def small_cell() -> PeriodCell:
+    return tiny_cell()

@@ -1,0 +1,68 @@
+"""Bending by chamber 1 to where the walls of the others touch: nothing passes through anything."""
+
+import numpy as np
+import pytest
+
+from fem_reference import Load, follow
+from fem_reference.screw import screw_series
+from fem_reference.wall_contact import ACTIVATION
+
+
+@pytest.fixture(scope="module")
+def path(cell, bending_path):
+    loads = [Load((kpa * 1e3, 0.0, 0.0)) for kpa in (35, 45, 55, 60)]
+    return list(follow(cell, loads, start=bending_path[25]))
+
+
+def test_no_wall_passes_through_another(cell, path):
+    walls = cell.equations.walls
+    distances = []
+    for state in path:
+        x = cell.equations.all_positions(state.configuration)
+        assert not walls.intersects(x)
+        distances.append(walls.minimum_distance(x))
+    # They are in contact, from 35 kPa on, and pressed closer and closer.
+    assert max(distances) < ACTIVATION
+    assert 0.0 < distances[-1] < distances[0]
+
+
+def test_no_node_of_the_cavity_enters_the_rod(cell, path):
+    """The barrier lets it lean 0.018 mm inwards at most, under any pressure."""
+    equations = cell.equations
+    for state in path:
+        x = equations.all_positions(state.configuration)
+        gap = equations.rod.gap(x, screw_series(state.configuration.curvature, equations.reach))
+        assert gap.min() > -0.018
+        # It lies on the rod on one side and leaves it on the other.
+        assert gap.max() > 0.0
+
+
+def test_no_element_is_inverted(cell, path):
+    for state in path:
+        F = cell.equations.solid.deformation_gradient(cell.equations.all_positions(state.configuration))
+        assert np.linalg.det(F).min() > 0.0
+
+
+def test_bending_grows_with_the_pressure_and_stays_in_its_plane(path):
+    bending = [-state.curvature[1] for state in path]
+    assert np.all(np.diff(bending) > 0.0)
+    assert np.rad2deg(0.06 * bending[-1]) > 120.0
+    for state in path:
+        # A mirror-symmetric path; contacts are left to their tie-breaking offsets of 1e-4 mm.
+        assert np.abs(state.curvature[[0, 2]]).max() <= 1e-3 * abs(state.curvature[1])
+
+
+def test_chamber_1_which_faces_a_crossing_bends_the_most(cell, path):
+    """At ψ = 0 chamber 1 is the least stiff; 2 and 3, which the winding alone sets apart, are stiffer."""
+    other = cell.solve(Load((0.0, 45e3, 0.0)))
+    bending = np.hypot(*other.curvature[:2])
+    assert path[1].pressure[0] == pytest.approx(45e3)
+    assert np.hypot(*path[1].curvature[:2]) > 1.02 * bending
+
+
+def test_states_in_contact_are_in_equilibrium(path):
+    """Accepted at the barrier's own jumps at worst: 1e-3 N of a wall's 0.01 N or more."""
+    for state in path:
+        assert state.residual <= 1e-3
+        # u is good to 1e-4 1/m there, against a stiffness of 3e-4 N m² or so.
+        np.testing.assert_allclose(state.moment, 0.0, rtol=0, atol=1e-7)

@@ -74,9 +74,10 @@ def shoot(equilibrium: Equilibrium, tolerance: float) -> Shot:
         the equilibrium at that fraction, by the implicit function theorem.
     """
 
-    def shot_from(turn: Float[Array, "3"], loaded: Equilibrium) -> tuple[Array, Array]:
+    def shot_from(turn: Float[Array, "3"], loaded: Equilibrium) -> tuple[tuple[Array, Array], ...]:
         states = _integrate(loaded, base_state(turn), tolerance)
-        return states, states
+        result = states, loaded.end_imbalance(states[-1])
+        return result, result
 
     def unfinished(at: _Progress) -> Bool[Array, ""]:
         possible = (at.step >= _SMALLEST_LOAD_STEP) & (at.reached.shots < _MAX_SHOTS)
@@ -89,14 +90,13 @@ def shoot(equilibrium: Equilibrium, tolerance: float) -> Shot:
         target = jnp.where(at.step < left, reached.load_fraction + at.step, 1.0)
         target = jnp.where(unloaded, 0.0, target)
         loaded = _scaled(equilibrium, target)
-        by_turn, states = jax.jacfwd(shot_from, has_aux=True)(at.guess, loaded)
-        imbalance_by_turn = jax.jacfwd(loaded.end_imbalance)(states[-1]) @ by_turn[-1]
-        correction = -solve_3x3(imbalance_by_turn, loaded.end_imbalance(states[-1]))
+        by_turn, (states, imbalance) = jax.jacfwd(shot_from, has_aux=True)(at.guess, loaded)
+        correction = -solve_3x3(by_turn[1], imbalance)
         size = jnp.max(jnp.abs(correction))
 
         done = size <= 10.0 * tolerance
         near = unloaded | _near(states, reached.states)
-        good = done & near & is_stable(loaded, states, by_turn, imbalance_by_turn)
+        good = done & near & is_stable(loaded, states, *by_turn)
         # Written so that a NaN is hopeless.
         hopeful = ~done & (size <= _CONTRACTION * at.correction) & (size <= _MAX_TURN)
 
@@ -158,7 +158,7 @@ def _shoot_jvp(
         (reached, states[-1]),
         (reached_dot, under_load[-1]),
     )[1]
-    turn_dot = -jnp.linalg.solve(imbalance_by_turn, imbalance_dot)
+    turn_dot = -solve_3x3(imbalance_by_turn, imbalance_dot)
     no_tangent = jax.tree.map(custom_derivatives.zero_from_primal, shot)
     return shot, no_tangent._replace(states=under_load + by_turn @ turn_dot)
 

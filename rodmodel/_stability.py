@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from rodmodel._equilibrium import Equilibrium, split
+from rodmodel._equilibrium import Equilibrium, solve_3x3, split
 from rodmodel._rotation import turn_of
 
 
@@ -36,9 +36,10 @@ def is_stable(
     rods.
     """
     turns = jax.vmap(turn_of)(split(states)[1], by_turn[:, 3:7])
-    # Transposed, which keeps the eigenvalues.
-    node_to_node = jnp.linalg.solve(turns[2:].mT, turns[1:-1].mT)
-    end_stiffness = jnp.linalg.solve(turns[-1].T, imbalance_by_turn.T)
+    # A B⁻¹ is wanted, and B⁻¹ A has its eigenvalues.
+    divide = jax.vmap(solve_3x3, in_axes=(None, 1), out_axes=1)
+    node_to_node = jax.vmap(divide)(turns[2:], turns[1:-1])
+    end_stiffness = divide(turns[-1], imbalance_by_turn)
     is_minimum = _is_positive(end_stiffness) & jnp.all(jax.vmap(_is_positive)(node_to_node))
     moment = equilibrium.loads.tip_moment
     if moment is None:

@@ -32,8 +32,8 @@ def prediction_text(record: dict[str, Any]) -> str:
         trust = f"95 % of held-out states within {error:.2g} deg of the FEM"
     return "\n".join(
         [
-            f"bending angle    {record['bending_angle_deg']:10.3f} deg   ({trust})",
-            f"bending plane    {record['bending_plane_deg']:10.3f} deg",
+            f"bending angle    {_row([record['bending_angle_deg']])} deg   ({trust})",
+            f"bending plane    {_row([record['bending_plane_deg']])} deg",
             f"tip position     {_row(record['tip_position_mm'])} mm    (centre of the cap's outer face)",
             f"chamber volumes  {_row(record['chamber_volume_mm3'])} mm3",
         ]
@@ -85,5 +85,5 @@ def _degrees(angle: Array) -> float | None:
     return _number(math.degrees(float(angle)))
 
 
-def _row(values: list[float]) -> str:
-    return " ".join(f"{value:10.3f}" for value in values)
+def _row(values: list[float | None]) -> str:
+    return " ".join(f"{'unknown':>10s}" if value is None else f"{value:10.3f}" for value in values)

@@ -100,8 +100,7 @@ class Rod(eqx.Module):
             jnp.logical_and, (jnp.all(jnp.isfinite(load)) for load in jax.tree.leaves(loads)), jnp.array(True)
         )
         good = good_pressure & good_loads
-        # A row that cannot be solved is solved for zeros: a NaN would keep the other rows of a batch
-        # iterating.
+        # A row that cannot be solved is solved for zeros: its NaN would keep the rest of a batch iterating.
         pressure, loads = jax.tree.map(lambda x: jnp.where(good, x, 0.0), (pressure, loads))
 
         one = jnp.ones_like(pressure[0])

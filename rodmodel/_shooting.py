@@ -35,7 +35,7 @@ class Shot(NamedTuple):
     load_fraction: Float[Array, ""]
     """Of the loads, at which the states are in equilibrium; 1 where all went well."""
     load_steps: Int[Array, ""]
-    """That succeeded, the free shape included."""
+    """From the free shape to there."""
     shots: Int[Array, ""]
     """Integrations from base to end."""
 
@@ -95,8 +95,8 @@ def shoot(equilibrium: Equilibrium, tolerance: float) -> Shot:
         size = jnp.max(jnp.abs(correction))
 
         done = size <= 10.0 * tolerance
-        near = unloaded | _near(states, reached.states)
-        good = done & near & is_stable(loaded, states, *by_turn)
+        follows = _near(states, reached.states) & is_stable(loaded, states, *by_turn)
+        good = done & (unloaded | follows)
         # Written so that a NaN is hopeless.
         hopeful = ~done & (size <= _CONTRACTION * at.correction) & (size <= _MAX_TURN)
 
@@ -122,7 +122,9 @@ def shoot(equilibrium: Equilibrium, tolerance: float) -> Shot:
     one, none = jnp.ones_like(free[0]), jnp.zeros((), int)
     nowhere = Shot(jnp.full((NODES.size, 10), jnp.nan, free.dtype), 0.0 * one, none, none)
     start = _Progress(nowhere, free, jnp.zeros_like(free), one, free, jnp.inf * one)
-    return jax.lax.while_loop(unfinished, advance, start).reached
+    end = jax.lax.while_loop(unfinished, advance, start).reached
+    # The step to the free shape is none.
+    return end._replace(load_steps=jnp.maximum(end.load_steps - 1, 0))
 
 
 @shoot.defjvp

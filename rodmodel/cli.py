@@ -38,7 +38,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options = _parser().parse_args(arguments)
         status: int = options.command(options)
     except InputError as error:
-        print(f"rodmodel: {error}", file=sys.stderr)
+        # One line, whatever a file name or the system put into it.
+        print("rodmodel:", *str(error).split(), file=sys.stderr)
         return _BAD_INPUT
     return status
 

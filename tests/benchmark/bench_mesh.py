@@ -1,4 +1,4 @@
-"""The period cell under mesh refinement: angle against element size, with a Richardson estimate and a picture.
+"""The period cell under mesh refinement: angle against element size, extrapolated, with a picture.
 
 Run as ``python -m tests.benchmark.bench_mesh [FILE.png]``. The meshes are the coarse one with every count
 multiplied by 1, 1.5 and 2, threads included (one segment per host element around).

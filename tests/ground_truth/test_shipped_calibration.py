@@ -1,0 +1,92 @@
+"""The shipped section law against live solves of the finite-element cell that it was calibrated on.
+
+The file states how far the law was from the cell on held-out paths. What is solved here was in neither set,
+and must be no farther than the worst of those: the tolerances are the file's own claims.
+"""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import rodmodel
+from fem_reference import CellState, Load, PeriodCell, follow
+
+LENGTH = 60e-3
+# Pressures [kPa] and moments [N mm], each reached from the one before.
+LOADS = [
+    ((6.0, 1.5, 0.0), (0.0, 0.0, 0.0)),
+    ((18.0, 4.5, 0.0), (0.0, 0.0, 0.0)),
+    ((18.0, 4.5, 0.0), (0.3, -0.5, 0.2)),
+    ((27.0, 7.0, 11.0), (0.3, -0.5, 0.2)),
+    ((27.0, 7.0, 11.0), (0.0, 0.0, 0.0)),
+]
+
+
+@pytest.fixture(scope="module")
+def states() -> list[CellState]:
+    """Equilibria of the coarse cell, the mesh of the calibration."""
+    loads = [
+        Load(tuple(1e3 * p for p in pressure), moment=tuple(1e-3 * m for m in moment))
+        for pressure, moment in LOADS
+    ]
+    return list(follow(PeriodCell(level="coarse"), loads))
+
+
+@pytest.fixture(scope="module")
+def calibration() -> rodmodel.Calibration:
+    """The shipped file of the double helix at ψ = 0 and pitch 3 mm."""
+    (found,) = (
+        c
+        for c in rodmodel.shipped_calibrations()
+        if (c.layout.name, c.layout.psi, c.layout.pitch) == ("double-helix", 0.0, 3e-3)
+    )
+    return found
+
+
+def test_loads_lie_in_the_domain(calibration: rodmodel.Calibration) -> None:
+    """Else the rest of this file would judge an extrapolation."""
+    for pressure, moment in LOADS:
+        assert calibration.domain.covers_pressure([1e3 * p for p in pressure])
+        assert calibration.domain.covers_moment(1e-3 * jnp.asarray(moment))
+
+
+def test_free_curvature(states: list[CellState], calibration: rodmodel.Calibration) -> None:
+    """Free bending of 60 mm is within the worst held-out error of the bending vector, in angle and plane."""
+    worst = calibration.error["free_bending_vector_rad"]["worst"]
+    free = [s for s, (_, moment) in zip(states, LOADS, strict=True) if not any(moment)]
+    assert len(free) == 3
+    for state in free:
+        found = np.asarray(calibration.section_law.free_curvature(jnp.asarray(state.pressure)))
+        assert LENGTH * np.linalg.norm(found[:2] - state.curvature[:2]) <= worst
+
+
+def test_moment(states: list[CellState], calibration: rodmodel.Calibration) -> None:
+    """The law's moment at the cell's curvature is within the worst held-out error of the moment."""
+    worst = calibration.error["moment_nm"]["worst"]
+    for state in states:
+        law = calibration.section_law.moment(jnp.asarray(state.curvature), jnp.asarray(state.pressure))
+        assert np.linalg.norm(np.asarray(law) - state.moment) <= worst
+
+
+def test_volume(states: list[CellState], calibration: rodmodel.Calibration) -> None:
+    """Chamber volumes at the cell's curvature are within the worst held-out error of the volumes."""
+    worst = calibration.error["volume_m2"]["worst"]
+    for state in states:
+        law = calibration.section_law.volume(jnp.asarray(state.curvature), jnp.asarray(state.pressure))
+        assert np.abs(np.asarray(law) - state.volume).max() <= worst
+
+
+def test_stiffness(states: list[CellState], calibration: rodmodel.Calibration) -> None:
+    """Bending stiffness agrees to the moment error over the curvature that it is spread over.
+
+    A moment error e that varies over the moments of the domain, about ±m_max/K in curvature, has a slope of
+    the order e K/m_max; twice that, by the 95th percentile of e, is taken.
+    """
+    error = calibration.error["moment_nm"]["p95"]
+    for state in states:
+        stiffness = state.hessian[:3, :3]
+        law = np.asarray(
+            calibration.section_law.stiffness(jnp.asarray(state.curvature), jnp.asarray(state.pressure))
+        )
+        spread = calibration.domain.moment_max / np.linalg.norm(stiffness, 2)
+        assert np.linalg.norm(law - stiffness, 2) <= 2.0 * error / spread

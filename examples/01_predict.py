@@ -10,6 +10,7 @@ from pathlib import Path
 import jax
 import numpy as np
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 import rodmodel
@@ -35,7 +36,7 @@ def main(picture: Path) -> None:
         "chamber volumes 1, 2, 3 [mm³]",
         "θ ± [deg]",
     ):
-        table.add_column(heading, justify="right")
+        table.add_column(escape(heading), justify="right")
     for pressure, solution in zip(pressures, solutions, strict=True):
         table.add_row(
             f"{1e-3 * pressure[0]:.0f}",

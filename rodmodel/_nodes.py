@@ -3,8 +3,10 @@
 A function that is given by its values f_j at the nodes is taken for the polynomial through them. A rod that
 turns by Θ over its body is met to about (Θ/4)ⁿ/n!, n the degree: far below rounding for a whole turn.
 
-References ---------- Trefethen (2013), Approximation Theory and Approximation Practice, chs 2, 3 and 19;
-weights of Clenshaw and Curtis (1960).
+References
+----------
+Trefethen (2013), Approximation Theory and Approximation Practice, chs 2, 3 and 19; weights of Clenshaw and
+Curtis (1960).
 """
 
 import numpy as np

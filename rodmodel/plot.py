@@ -21,6 +21,7 @@ _CHAMBERS = ("#0072b2", "#e69f00", "#009e73")
 # A chamber reaches this far from its middle: 60 degrees less half a partition wall.
 _CHAMBER_HALF_WIDTH = np.radians(50.0)
 _RINGS, _FACETS = 67, 48
+# Towards the light, for bending towards -x.
 _LIGHT = np.array([0.35, -0.6, 0.72])
 # Half of a label's extent [mm], generously.
 _LABEL_SIZE = np.array([8.0, 3.0])
@@ -78,7 +79,11 @@ def _pose(pressure: np.ndarray, largest: float, solution: Solution, actuator: Ac
 
 
 def _draw_in_space(axes: Axes3D, poses: list[_Pose]) -> None:
-    surfaces = [_surface(pose) for pose in poses]
+    # The light and the eye stand to the same side of the bending plane, wherever that is.
+    plane = poses[-1].plane
+    c, s = np.cos(plane), np.sin(plane)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    surfaces = [_surface(pose, turn @ _LIGHT) for pose in poses]
     facets = np.concatenate([facets for facets, _ in surfaces])
     colours = np.concatenate([colours for _, colours in surfaces])
     axes.add_collection3d(Poly3DCollection(facets, facecolors=colours, edgecolors=colours, linewidths=0.3))
@@ -94,11 +99,10 @@ def _draw_in_space(axes: Axes3D, poses: list[_Pose]) -> None:
         zlabel="z [mm]",
     )
     axes.set_box_aspect((1.0, 1.0, 1.0))
-    # From beside the bending plane, so that the chambers that bend the rod show.
-    axes.view_init(elev=20.0, azim=float(np.degrees(poses[-1].plane)) - 40.0)
+    axes.view_init(elev=20.0, azim=float(np.degrees(plane)) - 40.0)
 
 
-def _surface(pose: _Pose) -> tuple[np.ndarray, np.ndarray]:
+def _surface(pose: _Pose, light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Quadrilaterals (n, 4, 3) of the tube and their colours (n, 3)."""
     azimuth = np.linspace(0.0, 2.0 * np.pi, _FACETS + 1)
     ring = np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1)
@@ -113,20 +117,20 @@ def _surface(pose: _Pose) -> tuple[np.ndarray, np.ndarray]:
         around[np.abs(away) < _CHAMBER_HALF_WIDTH] = _tint(colour, shade)
     colours = np.repeat(around[None], len(facets), axis=0)
     colours[pose.in_cap] = to_rgb(_CAP)
-    colours = colours * _lit(outward[:-1, :-1])[:, :, None]
+    colours = colours * _lit(outward[:-1, :-1], light)[:, :, None]
 
     face = np.stack(
         [skin[-1, :-1], skin[-1, 1:], *2 * [np.repeat(pose.centre[-1:], _FACETS, axis=0)]], axis=1
     )
-    face_colours = np.tile(to_rgb(_CAP), (_FACETS, 1)) * _lit(pose.frames[-1:, :, 2])[:, None]
+    face_colours = np.tile(to_rgb(_CAP), (_FACETS, 1)) * _lit(pose.frames[-1:, :, 2], light)[:, None]
     return np.concatenate([facets.reshape(-1, 4, 3), face]), np.concatenate(
         [colours.reshape(-1, 3), face_colours]
     )
 
 
-def _lit(normal: np.ndarray) -> np.ndarray:
+def _lit(normal: np.ndarray, light: np.ndarray) -> np.ndarray:
     """Brightness of a surface with these outward normals."""
-    return 0.65 + 0.35 * np.clip(normal @ _LIGHT, 0.0, 1.0)
+    return 0.65 + 0.35 * np.clip(normal @ light, 0.0, 1.0)
 
 
 def _tint(colour: str, shade: float) -> np.ndarray:

@@ -1,7 +1,7 @@
 """Where a fit begins: scales from the data, random inner layers, and the outer layer by linear least squares.
 
 Each state gives the free curvature to first order, û ≈ u − K⁻¹ m, the stiffness K, and with both the constant
-a. In the features of the random inner layers their dependence on pressure is a linear problem, which saves the
+a. In the features of the random inner layers their dependence on pressure is linear, which saves the
 minimiser hundreds of iterations.
 """
 

@@ -1,8 +1,12 @@
 """Assembly of batched local matrices into a symmetric sparse matrix with a cached pattern."""
 
+import itertools
+
 import numpy as np
 import scipy.sparse as sparse
 from jaxtyping import Float, Int
+
+_REVISIONS = itertools.count()
 
 
 class SparsePattern:
@@ -22,8 +26,8 @@ class SparsePattern:
         entries: tuple[Int[np.ndarray, " n"], Int[np.ndarray, " n"]],
     ) -> None:
         self.size = size
-        #: Counts the patterns that this object has had, so that a solver knows when to analyse anew.
-        self.revision = 0
+        #: Names this pattern among all, so that a solver knows when to analyse anew.
+        self.revision = next(_REVISIONS)
         self._local_keys = []
         self._chosen = []
         for dofs in groups:
@@ -54,13 +58,13 @@ class SparsePattern:
         return len(self._keys)
 
     def extend(self, rows: Int[np.ndarray, " n"], columns: Int[np.ndarray, " n"]) -> None:
-        """Add the entries of the upper triangle that the pattern lacks; a change raises ``revision``."""
+        """Add the entries of the upper triangle that the pattern lacks; a change gives a new ``revision``."""
         wanted = rows * np.int64(self.size) + columns
         at = np.minimum(np.searchsorted(self._keys, wanted), len(self._keys) - 1)
         missing = wanted[self._keys[at] != wanted]
         if missing.size:
             self._set(np.union1d(self._keys, missing))
-            self.revision += 1
+            self.revision = next(_REVISIONS)
 
     def add_group(
         self, data: Float[np.ndarray, " nonzeros"], group: int, local: Float[np.ndarray, "blocks n n"]

@@ -71,6 +71,8 @@ class PardisoSolver:
             self._pardiso._call_pardiso(upper, np.zeros((upper.shape[0], 1), order="F"))
         except self._error as error:
             raise SingularMatrixError(str(error)) from error
+        if self._pardiso.get_iparm(14) > 0:
+            raise SingularMatrixError("the matrix is singular: PARDISO perturbed a pivot")
         return int(self._pardiso.get_iparm(23))
 
     def solve(self, right: Float[np.ndarray, "n columns"]) -> Float[np.ndarray, "n columns"]:

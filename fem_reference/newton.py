@@ -117,6 +117,8 @@ def solve_equilibrium(
         When it does not converge.
     """
     at = start if target.curvature is None else replace(start, curvature=target.curvature)
+    if not equations.rod.admissible(equations.all_positions(at), screw_series(at.curvature, equations.reach)):
+        raise NewtonError("the start has the cavity's wall inside the rod")
     history: list[float] = []
     for iteration in range(MAX_ITERATIONS):
         linear = equations.linearise(at, target.pressure)

@@ -41,6 +41,8 @@ class WallContact:
         )
         edges = np.unique(np.sort(sides, axis=1), axis=0)
         self._mesh = ipctk.CollisionMesh(np.asfortranarray(rest[self.nodes]), edges, self.triangles)
+        # Sums in a fixed order: the same positions give the same force, bit for bit.
+        ipctk.set_num_threads(1)
         self._potential = ipctk.BarrierPotential(ACTIVATION, STIFFNESS, use_physical_barrier=True)
 
     def _vertices(self, positions: Float[np.ndarray, "nodes 3"]) -> np.ndarray:

@@ -10,9 +10,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import skfem
+from numpy.typing import ArrayLike
 
 from fem_reference import ActuatorGeometry, CellState, DoubleHelix, Load, Ogden, PeriodCell, Thread, follow
 from fem_reference.cell_equations import CellEquations
+from fem_reference.configuration import Configuration
 from fem_reference.mesh import MeshLevel
 from fem_reference.screw import screw_series
 
@@ -20,7 +22,7 @@ from fem_reference.screw import screw_series
 TINY = MeshLevel(2, 4, 2, 2, 1, 1, 1, 0.75)
 
 
-def difference(function: Callable[[float], np.ndarray | float], step: float) -> np.ndarray:
+def difference(function: Callable[..., np.ndarray | float], step: float) -> np.ndarray:
     """Fourth-order central difference of ``function`` at zero.
 
     The error is step⁴/30 of the fifth derivative plus about 1.5 ε/step of the value's magnitude.
@@ -30,7 +32,7 @@ def difference(function: Callable[[float], np.ndarray | float], step: float) -> 
     return (8.0 * near - far) / (12.0 * step)
 
 
-def relative_error(found: np.ndarray | float, expected: np.ndarray | float) -> float:
+def relative_error(found: ArrayLike, expected: ArrayLike) -> float:
     """Largest error of an array over its largest entry."""
     expected = np.asarray(expected)
     return float(np.abs(np.asarray(found) - expected).max() / np.abs(expected).max())
@@ -99,11 +101,17 @@ def polar_second_moment(geometry: ActuatorGeometry) -> float:
     return float(ring - 3.0 * chamber)
 
 
-def bent_configuration(equations, curvature, seed=0, expansion=1e-3, noise=1e-3):
+def bent_configuration(
+    equations: CellEquations,
+    curvature: ArrayLike,
+    seed: int = 0,
+    expansion: float = 1e-3,
+    noise: float = 1e-3,
+) -> Configuration:
     """An admissible configuration far from equilibrium.
 
     Every node follows the rod's screw to its height; the section expands by ``expansion``, which keeps the
-    cavity off the barrier's wall, and every node moves by up to ``noise`` [mm].
+    cavity off the barrier's wall; every node moves by up to ``noise`` [mm].
     """
     rest = equations.rest()
     series = screw_series(np.asarray(curvature), equations.reach)
@@ -114,6 +122,20 @@ def bent_configuration(equations, curvature, seed=0, expansion=1e-3, noise=1e-3)
         positions[i] = motion[:3, :3] @ section[i] + motion[:3, 3]
     positions += noise * np.random.default_rng(seed).uniform(-1.0, 1.0, positions.shape)
     return dataclasses.replace(rest, positions=positions, curvature=np.asarray(curvature))
+
+
+def load_of(pressure: ArrayLike, moment: ArrayLike | None = None, curvature: ArrayLike | None = None) -> Load:
+    """`Load` from arrays."""
+
+    def triple(values: ArrayLike | None) -> tuple[float, float, float] | None:
+        if values is None:
+            return None
+        first, second, third = (float(v) for v in np.asarray(values))
+        return first, second, third
+
+    pressures = triple(pressure)
+    assert pressures is not None
+    return Load(pressures, moment=triple(moment), curvature=triple(curvature))
 
 
 @functools.cache

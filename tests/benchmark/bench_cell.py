@@ -15,7 +15,7 @@ STEP_KPA = 2.5
 TOP_KPA = 70.0
 PARTS = {
     "element kernels": "solid.py",
-    "linear solver": "linear_solver.py",
+    "linear solver": "pardiso_wrapper.py",
     "wall contact": "wall_contact.py",
     "rod contact": "rod_contact.py",
     "assembly": "assembly.py",

@@ -3,6 +3,7 @@
 import json
 import re
 
+import equinox as eqx
 import jax
 import pytest
 
@@ -89,9 +90,9 @@ def test_fit_writes_a_calibration_that_a_rod_can_use(calibrated, run_directory):
     assert provenance["run_command"] == "rodmodel-calibrate run"
     assert provenance["fit_command"].startswith("rodmodel-calibrate fit ")
     assert re.fullmatch("[0-9a-f]{64}", provenance["dataset_sha256"])
-    assert provenance["states"] > 1000
+    assert provenance["states"] > 900
     # The jitted law of the file is the one that was judged.
-    free = jax.jit(calibration.section_law.free_curvature)(jax.numpy.array([3e4, 0.0, 0.0]))
+    free = eqx.filter_jit(calibration.section_law.free_curvature)(jax.numpy.array([3e4, 0.0, 0.0]))
     assert free[1] < 0
     assert run_directory.exists()
 
@@ -145,7 +146,7 @@ def test_a_domain_narrowed_on_the_command_line_judges_fewer_states(
     monkeypatch.setattr("calibration.fit.STARTS", 1)
     monkeypatch.setattr("calibration.fit.TRIAL_ITERATIONS", 2)
     arguments = ["fit", str(run_directory / "dataset.nc"), "--out", str(tmp_path / "law.json"), "--json"]
-    short = ["--hidden", "3", "--iterations", "20", "--pressure-max-kpa", "40", "30", "30"]
+    short = ["--hidden", "8", "--iterations", "200", "--pressure-max-kpa", "40", "30", "30"]
     assert main([*arguments, *short, "--pressure-sum-max-kpa", "60"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert rodmodel.read_calibration(tmp_path / "law.json").domain.pressure_max == (40e3, 30e3, 30e3)

@@ -71,7 +71,7 @@ class Case:
         return self.direction.ravel() @ q[:-2]
 
 
-@pytest.fixture(scope="module", params=CASES.values(), ids=CASES.keys())
+@pytest.fixture(scope="module", params=list(CASES.values()), ids=list(CASES))
 def case(request) -> Case:
     make, *steps = request.param
     return Case(make(), *steps)

@@ -32,7 +32,7 @@ GRADIENTS = {
 }
 
 
-@pytest.fixture(params=GRADIENTS.values(), ids=GRADIENTS.keys())
+@pytest.fixture(params=list(GRADIENTS.values()), ids=list(GRADIENTS))
 def F(request: pytest.FixtureRequest) -> np.ndarray:
     return request.param
 

@@ -5,9 +5,10 @@ import pytest
 
 from fem_reference import CellError, Load, PeriodCell, follow, newton
 from fem_reference.linear_solver import SuperLuSolver
-from tests.fem_fixtures import TINY, relative_error
+from tests.fem_fixtures import TINY, load_of, relative_error
 
-LOAD = Load((6e3, 4e3, 1e3), moment=(1e-4, -2e-4, 5e-5))
+PRESSURE, MOMENT = (6e3, 4e3, 1e3), (1e-4, -2e-4, 5e-5)
+LOAD = Load(PRESSURE, moment=MOMENT)
 UNLOADED = Load((0.0, 0.0, 0.0))
 
 
@@ -30,9 +31,9 @@ SETTLED = 1e-6
 
 
 def test_a_state_answers_its_load(state):
-    np.testing.assert_allclose(state.pressure, LOAD.pressure, rtol=1e-15)
+    np.testing.assert_allclose(state.pressure, PRESSURE, rtol=1e-15)
     # The moment's tolerance is 1e-8 N mm.
-    np.testing.assert_allclose(state.moment, LOAD.moment, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(state.moment, MOMENT, rtol=0, atol=1e-11)
     assert state.load is LOAD
     assert state.converged
     assert state.stable
@@ -56,7 +57,7 @@ def test_a_path_leads_back_to_rest(small_cell, state):
 
 
 def test_a_path_can_be_resumed_from_any_state(small_cell, state):
-    goal = Load((8e3, 4e3, 1e3), moment=LOAD.moment)
+    goal = Load((8e3, 4e3, 1e3), moment=MOMENT)
     *_, straight = follow(small_cell, [LOAD, goal])
     assert distance(small_cell.solve(goal, start=state), straight) <= SETTLED
 
@@ -68,16 +69,16 @@ def test_the_state_at_hand_is_found_again_at_once(small_cell, state):
 
 
 def test_imposing_the_free_curvature_takes_the_free_moment(small_cell, state):
-    held = Load(LOAD.pressure, curvature=tuple(float(u) for u in state.curvature))
+    held = load_of(PRESSURE, curvature=state.curvature)
     for found in (small_cell.solve(held, start=state), small_cell.solve(held)):
         # A curvature off by 1e-6 of itself changes the moment of 4e-4 N m by as much.
-        np.testing.assert_allclose(found.moment, LOAD.moment, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(found.moment, MOMENT, rtol=0, atol=1e-9)
         np.testing.assert_array_equal(found.curvature, state.curvature)
         assert distance(found, state) <= SETTLED
 
 
 def test_releasing_an_imposed_curvature_finds_the_free_state(small_cell, state):
-    held = Load(LOAD.pressure, curvature=(0.5, -1.0, 0.2))
+    held = Load(PRESSURE, curvature=(0.5, -1.0, 0.2))
     *_, released = follow(small_cell, [held, LOAD])
     assert distance(released, state) <= SETTLED
 
@@ -91,10 +92,12 @@ def test_failure_carries_the_last_good_state(small_cell, monkeypatch):
         CellError, match=r"^the cell did not converge: stopped at pressures \[2. 0. 0.\] kPa"
     ) as caught:
         next(path)
-    last = caught.value.last_good
+    last, reached = caught.value.last_good, caught.value.reached
+    assert last is not None
+    assert reached is not None
     np.testing.assert_allclose(last.pressure, first.pressure, rtol=1e-12)
     np.testing.assert_array_equal(last.curvature, first.curvature)
-    assert caught.value.reached.pressure == pytest.approx((2e3, 0.0, 0.0))
+    assert reached.pressure == pytest.approx((2e3, 0.0, 0.0))
 
 
 def test_failure_from_rest_carries_the_unloaded_state(small_cell, monkeypatch):
@@ -102,7 +105,9 @@ def test_failure_from_rest_carries_the_unloaded_state(small_cell, monkeypatch):
     monkeypatch.setattr(newton, "MAX_ITERATIONS", 1)
     with pytest.raises(CellError) as caught:
         small_cell.solve(Load((2e3, 0.0, 0.0), curvature=(0.0, 1.0, 0.0)))
-    np.testing.assert_array_equal(caught.value.last_good.pressure, 0.0)
+    last = caught.value.last_good
+    assert last is not None
+    np.testing.assert_array_equal(last.pressure, 0.0)
 
 
 def test_a_cell_that_has_no_rest_state_says_so_without_one(monkeypatch):

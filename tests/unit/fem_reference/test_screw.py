@@ -15,7 +15,7 @@ CURVATURES = {
 }
 
 
-@pytest.fixture(params=CURVATURES.values(), ids=CURVATURES.keys())
+@pytest.fixture(params=list(CURVATURES.values()), ids=list(CURVATURES))
 def curvature(request: pytest.FixtureRequest) -> np.ndarray:
     return request.param
 

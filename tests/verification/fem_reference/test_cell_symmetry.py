@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fem_reference import DoubleHelix, Load, PeriodCell
-from tests.fem_fixtures import TINY
+from tests.fem_fixtures import TINY, load_of
 
 # Nodes of the mesh lie on their arcs to 1e-8 mm; what that is worth in volumes and energies is 1e-7 of them.
 MESH = 1e-5
@@ -18,10 +18,8 @@ def test_chambers_2_and_3_are_mirror_images_at_psi_0(cell):
     state = cell.solve(Load(pressure, moment=moment))
     mirror = np.array([-1.0, 1.0, -1.0])
     swap = [0, 2, 1]
-    image = cell.solve(
-        Load(tuple(pressure[k] for k in swap), moment=tuple(float(m) for m in mirror * moment))
-    )
-    size = np.linalg.norm(state.curvature)
+    image = cell.solve(load_of(np.take(pressure, swap), mirror * moment))
+    size = float(np.linalg.norm(state.curvature))
     # All three components are at work.
     assert np.abs(state.curvature).min() > 0.05 * size
     np.testing.assert_allclose(image.curvature, mirror * state.curvature, rtol=0, atol=MESH * size)
@@ -43,7 +41,7 @@ def test_a_turn_of_winding_and_pressures_turns_the_answer(small_cell):
     turned = turned_cell.solve(Load((pressure[2], pressure[0], pressure[1])))
     c, s = -0.5, math.sqrt(0.75)
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    size = np.linalg.norm(state.curvature)
+    size = float(np.linalg.norm(state.curvature))
     np.testing.assert_allclose(turned.curvature, turn @ state.curvature, rtol=0, atol=MESH * size)
     np.testing.assert_allclose(np.roll(turned.volume, -1), state.volume, rtol=MESH)
     assert turned.energy == pytest.approx(state.energy, rel=MESH)

@@ -7,7 +7,7 @@ Kinematics, quadrature, the neo-Hookean solid and the assembly are felupe's own;
 has only with one more package, is given to it as its energy in JAX, differentiated automatically.
 """
 
-import felupe
+import felupe  # type: ignore[import-untyped]
 import jax
 import jax.numpy as jnp
 import numpy as np

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fem_reference import Load, PeriodCell, Thread
-from tests.fem_fixtures import polar_second_moment, relative_error
+from tests.fem_fixtures import load_of, polar_second_moment, relative_error
 
 LENGTH = 0.06
 
@@ -78,8 +78,7 @@ def test_the_threads_modulus_hardly_matters(bending_path, factor, most):
 
 def test_imposing_the_free_curvature_takes_no_moment(cell, bending_path):
     free = bending_path[15]
-    imposed = Load(tuple(float(p) for p in free.pressure), curvature=tuple(float(u) for u in free.curvature))
-    held = cell.solve(imposed)
+    held = cell.solve(load_of(free.pressure, curvature=free.curvature))
     # The bending stiffness is 2.4e-4 N m² and u is good to 1e-8 N mm of moment.
     np.testing.assert_allclose(held.moment, 0.0, rtol=0, atol=1e-10)
     np.testing.assert_allclose(held.volume, free.volume, rtol=1e-8)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fem_reference import Load
+from tests.fem_fixtures import load_of
 
 PRESSURE = (10e3, 6e3, 3e3)
 MOMENT = (2e-4, -3e-4, 1e-4)
@@ -26,8 +27,7 @@ def differences(cell, state) -> list[tuple[np.ndarray, np.ndarray]]:
     y = np.concatenate([state.curvature, state.pressure])
 
     def neighbour(y):
-        curvature, pressure = (tuple(float(v) for v in part) for part in np.split(y, 2))
-        found = cell.solve(Load(pressure, curvature=curvature), start=state)
+        found = cell.solve(load_of(y[3:], curvature=y[:3]), start=state)
         return found.energy, np.concatenate([found.moment, -found.volume]) * UNITS
 
     results = []

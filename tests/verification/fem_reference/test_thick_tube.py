@@ -38,7 +38,8 @@ def tube(n: int) -> skfem.MeshHex:
         np.linspace(INNER, OUTER, n + 1), np.linspace(0.0, 1.0, 6 * n + 1), np.array([0.0, 0.5])
     )
     # Close the ring: nodes at the end of the second axis are those at its start.
-    start, keys = {}, np.round(mesh.p, 9).T
+    start: dict[tuple[float, float, float], int] = {}
+    keys = np.round(mesh.p, 9).T
     for i, (r, turn, z) in enumerate(keys):
         start[r, turn % 1.0, z] = min(start.get((r, turn % 1.0, z), i), i)
     target = np.array([start[r, turn % 1.0, z] for r, turn, z in keys])

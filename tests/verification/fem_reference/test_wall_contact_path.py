@@ -47,8 +47,11 @@ def test_bending_grows_with_the_pressure_and_stays_in_its_plane(path):
     bending = [-state.curvature[1] for state in path]
     assert np.all(np.diff(bending) > 0.0)
     assert np.rad2deg(0.06 * bending[-1]) > 120.0
-    for state in path:
-        # A mirror-symmetric path; contacts are left to their tie-breaking offsets of 1e-4 mm.
+    stable = [state for state in path if state.stable]
+    assert len(stable) >= 3
+    for state in stable:
+        # A mirror-symmetric path, as long as the section does not buckle sideways; contacts are left to their
+        # tie-breaking offsets of 1e-4 mm.
         assert np.abs(state.curvature[[0, 2]]).max() <= 1e-3 * abs(state.curvature[1])
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from fem_reference.cell import CellError, CellState, Load, PeriodCell, follow
+from fem_reference.geometry import ActuatorGeometry
 from fem_reference.mesh import LEVELS
 from fem_reference.progress import track
 from fem_reference.vtk import write_vtk
@@ -18,6 +19,11 @@ from fem_reference.winding import DoubleHelix
 
 _GOOD, _BAD_INPUT, _NO_CONVERGENCE = 0, 2, 3
 _STEP_KPA = 2.5
+_WALLS = {
+    "--outer-wall-mm": "outer_wall",
+    "--inner-wall-mm": "inner_wall",
+    "--partition-wall-mm": "partition_wall",
+}
 _VTK_SUFFIXES = (".vtu", ".vtk")
 
 
@@ -65,6 +71,8 @@ def _parser() -> _Parser:
     add("--moment-nmm", nargs="+", metavar="M", help="M1 M2 M3: external moment, body frame [N mm]")
     add("--curvature-per-m", nargs="+", metavar="U", help="U1 U2 U3: impose the curvature and twist [1/m]")
     add("--elements", default="coarse", help=f"mesh level: {', '.join(LEVELS)} (default: %(default)s)")
+    for flag in _WALLS:
+        add(flag, nargs="+", metavar="T", help=f"thickness of the {_WALLS[flag].replace('_', ' ')} [mm]")
     add("--json", action="store_true", help="print one JSON object and nothing else")
     add("--vtk", metavar="FILE", help="write the deformed cell and its winding for ParaView (.vtu, .vtk)")
     cell.set_defaults(command=_cell)
@@ -81,9 +89,15 @@ def _cell(options: argparse.Namespace) -> int:
         raise _InputError(f"--layout: got {options.layout!r}, expected {DoubleHelix.name!r}")
     if options.vtk is not None:
         _check_writable("--vtk", Path(options.vtk))
+    walls = {
+        name: 1e-3 * _numbers(flag, getattr(options, f"{name}_mm"), 1, "mm")[0]
+        for flag, name in _WALLS.items()
+        if getattr(options, f"{name}_mm") is not None
+    }
     try:
         loads = _ramp(pressure, moment, curvature)
-        cell = PeriodCell(winding=DoubleHelix(psi, pitch), level=options.elements)
+        geometry = ActuatorGeometry(**walls)
+        cell = PeriodCell(geometry, DoubleHelix(psi, pitch), level=options.elements)
     except ValueError as error:
         raise _InputError(_with_flags(str(error))) from error
 

@@ -35,3 +35,17 @@ def test_01_predict_prints_the_bending_and_draws_it(picture: Path) -> None:
     volumes = [[float(x) for x in row[4].split()] for row in rows]
     assert all(len(volume) == 3 and min(volume) > 0.0 for volume in volumes)
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_02_period_cell_prints_angles_that_grow_and_draws_the_section(tmp_path: Path) -> None:
+    drawn = tmp_path / "cell.png"
+    command = [sys.executable, "-W", "error", str(ROOT / "examples" / "02_period_cell.py"), str(drawn)]
+    run = subprocess.run(
+        [*command, "--pressures-kpa", "4", "8"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert run.returncode == 0, run.stderr
+    angles = [float(line.split(":")[1].split()[0]) for line in run.stdout.splitlines() if "kPa:" in line]
+    # A prototype of the cell gave 5.0 degrees at 5 kPa.
+    assert len(angles) == 2
+    assert 3.0 < angles[0] < 5.0 < angles[1] < 10.0
+    assert drawn.read_bytes().startswith(b"\x89PNG")

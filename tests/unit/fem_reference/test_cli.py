@@ -1,0 +1,75 @@
+"""The command `rodmodel-fem cell`: its answer, its file for ParaView, and one line for every bad input."""
+
+import json
+
+import meshio
+import numpy as np
+import pytest
+
+from fem_reference.cli import main
+
+QUICK = ["cell", "--pressure-kpa", "4", "1", "0"]
+
+
+def test_json_is_one_object_with_the_agreed_keys_and_the_vtk_file_opens(tmp_path, capsys):
+    file = tmp_path / "cell.vtu"
+    assert main([*QUICK, "--json", "--vtk", str(file)]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert {
+        "bending_angle_deg",
+        "bending_plane_deg",
+        "chamber_volume_mm3",
+        "converged",
+        "curvature_per_m",
+    } <= set(told)
+    assert told["converged"] is True
+    u1, u2, _ = told["curvature_per_m"]
+    assert told["bending_angle_deg"] == pytest.approx(np.degrees(0.06 * np.hypot(u1, u2)), rel=1e-12)
+    # Chamber 1 leads, chamber 2 follows: a plane between 0 and 60 degrees, and chamber 1 the fullest.
+    assert 0.0 < told["bending_plane_deg"] < 30.0
+    assert told["chamber_volume_mm3"] == sorted(told["chamber_volume_mm3"], reverse=True)
+
+    written = meshio.read(file)
+    cells = written.cells_dict
+    assert len(cells["hexahedron"]) == told["elements"]
+    assert len(cells["line"]) > 0
+    # The winding's points lie on the winding's cylinder at rest.
+    threads = np.unique(cells["line"])
+    rest = written.points - written.point_data["displacement_mm"]
+    np.testing.assert_allclose(np.hypot(*rest[threads, :2].T), 5.6, atol=1e-6)
+
+
+def test_the_imposed_curvature_is_taken(capsys):
+    assert main(["cell", "--pressure-kpa", "0", "0", "0", "--curvature-per-m", "0", "-1", "0", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    np.testing.assert_allclose(told["curvature_per_m"], [0.0, -1.0, 0.0], atol=1e-12)
+    # EI of the section is 2.4e-4 to 2.5e-4 N m² at rest, on any mesh and in the prototype.
+    assert 0.23 < -told["moment_nmm"][1] < 0.26
+
+
+@pytest.mark.parametrize(
+    ("arguments", "flag", "came"),
+    [
+        (["--pressure-kpa", "-1", "0", "0"], "--pressure-kpa", "-1000"),
+        (["--pressure-kpa", "nan", "0", "0"], "--pressure-kpa", "nan"),
+        (["--pressure-kpa", "1", "2"], "--pressure-kpa", "'1 2'"),
+        (["--pressure-kpa", "500", "0", "0"], "--pressure-kpa", "500000"),
+        ([*QUICK[1:], "--psi-deg", "abc"], "--psi-deg", "'abc'"),
+        ([*QUICK[1:], "--pitch-mm", "0"], "--pitch-mm", "0.0"),
+        ([*QUICK[1:], "--inner-wall-mm", "5"], "inner_wall", "5 mm"),
+        ([*QUICK[1:], "--partition-wall-mm", "6"], "partition_wall", "6 mm"),
+        ([*QUICK[1:], "--layout", "knitted"], "--layout", "'knitted'"),
+        ([*QUICK[1:], "--elements", "huge"], "--elements", "'huge'"),
+        ([*QUICK[1:], "--vtk", "no/such/folder/cell.vtu"], "--vtk", "no/such/folder"),
+        ([*QUICK[1:], "--moment-nmm", "0", "1", "0", "--curvature-per-m", "0", "1", "0"], "moment", "both"),
+    ],
+)
+def test_bad_input_exits_2_with_one_line(arguments, flag, came, capsys):
+    assert main(["cell", *arguments]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    (line,) = captured.err.splitlines()
+    assert line.startswith("rodmodel-fem: ")
+    assert flag in line
+    assert came in line
+    assert "expected" in line

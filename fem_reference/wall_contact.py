@@ -14,7 +14,7 @@ import scipy.sparse as sparse
 from jaxtyping import Float, Int
 
 ACTIVATION = 0.05
-# Stress scale of the area-weighted barrier. The bending angle at 60 kPa moves by 0.4 % when it is divided by
+# Stress scale of the area-weighted barrier. The bending angle at 60 kPa moves by 0.5 % when it is divided by
 # ten.
 STIFFNESS = 0.02
 # Exactly parallel edges, of which an extruded mesh has many, leave the kind of an edge pair to round-off, and

@@ -6,7 +6,8 @@ host's nodes, as the paper's embedded elements do. Lengths mm, forces N.
 
 import numpy as np
 import skfem
-from jaxtyping import Float
+from jaxtyping import Float, Int
+from scipy.spatial import cKDTree
 
 from fem_reference.winding import Thread, Winding
 
@@ -43,9 +44,8 @@ class ThreadSegments:
             # The cylinder is a polygon in the mesh; points on the end faces are nudged inside so as to be
             # found.
             inside = np.clip(points, [-np.inf, -np.inf, 1e-9], [np.inf, np.inf, length * _MILLIMETRE - 1e-9])
-            cells = mesh.element_finder()(*inside.T)
-            local = basis.mapping.invF(inside.T[:, :, None], cells)
-            shape = np.stack([basis.elem.lbasis(local[:, :, 0], a)[0] for a in range(8)], axis=-1)
+            cells, local = _locate(basis, inside)
+            shape = np.stack([basis.elem.lbasis(local.T, a)[0] for a in range(8)], axis=-1)
             hosts.append(mesh.t[:, cells].T)
             weights.append(shape)
             index = count + np.arange(len(points))
@@ -106,3 +106,53 @@ class ThreadSegments:
         outer = self._coefficient[:, :, None, None, None] * self._coefficient[:, None, None, :, None]
         stiffness = (outer * geometric[:, None, :, None, :]).reshape(len(self), 48, 48)
         return force, stiffness, length_gradient
+
+
+# Elements nearest by their centres among which a point's host is sought, and how far outside the reference
+# cube a point may lie by round-off.
+_CANDIDATES = 24
+_OUTSIDE = 1e-6
+# Of the inverse map: quadratic convergence, from the centre of a nearly rectangular element.
+_NEWTON_STEPS = 6
+
+
+def _locate(
+    basis: skfem.Basis, points: Float[np.ndarray, "points 3"]
+) -> tuple[Int[np.ndarray, " points"], Float[np.ndarray, "points 3"]]:
+    """Host element of every point, and its coordinates there. Of several hosts, the nearest centre's.
+
+    Raises
+    ------
+    ValueError
+        For points outside the mesh.
+    """
+    mesh = basis.mesh
+    _, nearest = cKDTree(mesh.p[:, mesh.t].mean(axis=1).T).query(points, k=min(_CANDIDATES, mesh.nelements))
+    cells = np.full(len(points), -1)
+    local = np.zeros((len(points), 3))
+    corner = mesh.p[:, mesh.t]
+    low, high = corner.min(axis=1).T - _OUTSIDE, corner.max(axis=1).T + _OUTSIDE
+    for candidate in nearest.T:
+        boxed = ((points >= low[candidate]) & (points <= high[candidate])).all(axis=1)
+        open_ = np.flatnonzero((cells < 0) & boxed)
+        reference = _inverse(basis.mapping, points[open_], candidate[open_])
+        inside = ((reference > -_OUTSIDE) & (reference < 1.0 + _OUTSIDE)).all(axis=1)
+        cells[open_[inside]] = candidate[open_[inside]]
+        local[open_[inside]] = reference[inside]
+    if (cells < 0).any():
+        lost = points[np.argmin(cells)]
+        raise ValueError(
+            f"winding: got a point at {np.round(lost, 3)} mm, expected all inside the body's mesh"
+        )
+    return cells, local
+
+
+def _inverse(
+    mapping: skfem.mapping.Mapping, points: Float[np.ndarray, "points 3"], cells: Int[np.ndarray, " points"]
+) -> Float[np.ndarray, "points 3"]:
+    """Reference coordinates of points in elements; not clipped to these, as scikit-fem's own are."""
+    reference = np.full((3, len(points), 1), 0.5)
+    for _ in range(_NEWTON_STEPS):
+        gap = points.T[:, :, None] - mapping.F(reference, cells)
+        reference = reference + np.einsum("ijkl,jkl->ikl", mapping.invDF(reference, cells), gap)
+    return reference[:, :, 0].T

@@ -11,7 +11,7 @@ import math
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from rodmodel import FreeStateExpansion
 
@@ -148,11 +148,11 @@ def _monomials(w: Array) -> tuple[Array, Array, Array]:
     bends = jnp.stack([0 * ones, 0 * ones, 2 * ones, 6 * w, 12 * w**2])
     kinds = jnp.stack([powers, slopes, bends])  # how often each axis is differentiated
 
-    def term(orders: tuple[int, int, int]) -> Array:
+    def term(orders: Int[np.ndarray, "3"]) -> Array:
         x, y, z = (kinds[orders[axis], _EXPONENTS[:, axis], :, axis] for axis in range(3))
         return (x * y * z).T
 
     unit = np.eye(3, dtype=int)
-    first = jnp.stack([term(tuple(unit[a])) for a in range(3)], axis=-1)
-    second = [jnp.stack([term(tuple(unit[a] + unit[b])) for b in range(3)], axis=-1) for a in range(3)]
-    return term((0, 0, 0)), first, jnp.stack(second, axis=-2)
+    first = jnp.stack([term(unit[a]) for a in range(3)], axis=-1)
+    second = [jnp.stack([term(unit[a] + unit[b]) for b in range(3)], axis=-1) for a in range(3)]
+    return term(np.zeros(3, dtype=int)), first, jnp.stack(second, axis=-2)

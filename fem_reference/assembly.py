@@ -22,7 +22,7 @@ class SparsePattern:
     def __init__(
         self,
         size: int,
-        groups: list[Int[np.ndarray, "blocks local"]],
+        groups: list[Int[np.ndarray, "_ _"]],
         entries: tuple[Int[np.ndarray, " n"], Int[np.ndarray, " n"]],
     ) -> None:
         self.size = size

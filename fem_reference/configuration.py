@@ -1,7 +1,6 @@
 """What the equations of the cell are about: its unknowns, a Newton step, and the linearisation at a point."""
 
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 from jaxtyping import Float
@@ -27,7 +26,7 @@ class Configuration:
     segment_tension: Float[np.ndarray, " segments"]
     multipliers: Float[np.ndarray, "2"]
 
-    def extrapolate(self, earlier: Self, ratio: float) -> Self:
+    def extrapolate(self, earlier: "Configuration", ratio: float) -> "Configuration":
         """Continue the step from ``earlier`` to this one by ``ratio`` of its length."""
         return type(self)(
             *(

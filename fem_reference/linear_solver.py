@@ -6,7 +6,7 @@ a message: it is many times slower.
 
 import logging
 import weakref
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import scipy.sparse as sparse
@@ -20,6 +20,7 @@ class SingularMatrixError(ArithmeticError):
     """The factorisation met a zero pivot or left values that are not finite."""
 
 
+@runtime_checkable
 class SymmetricSolver(Protocol):
     """Factorise once, solve often. The matrix comes as the upper triangle in CSR."""
 

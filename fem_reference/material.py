@@ -136,7 +136,7 @@ def isochoric_response(
     return stress, tangent
 
 
-def _sinhc(x: np.ndarray) -> np.ndarray:
+def _sinhc(x: np.ndarray | np.float64) -> np.ndarray:
     """sinh(x)/x, exact near zero."""
     small = np.abs(x) < 1e-3
     safe = np.where(small, 1.0, x)

@@ -19,7 +19,6 @@ Numerical Optimization, §3.4, for the shift.
 
 import logging
 from dataclasses import dataclass, replace
-from typing import Self
 
 import numpy as np
 from jaxtyping import Float
@@ -77,7 +76,7 @@ class Target:
     moment: Float[np.ndarray, "3"] | None = None
     curvature: Float[np.ndarray, "3"] | None = None
 
-    def between(self, other: Self, fraction: float) -> Self:
+    def between(self, other: "Target", fraction: float) -> "Target":
         """The target a fraction of the way from this one to ``other``, which is of the same mode."""
 
         def mix(a: np.ndarray | None, b: np.ndarray | None) -> np.ndarray | None:

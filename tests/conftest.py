@@ -12,14 +12,23 @@ os.environ["MPLBACKEND"] = "Agg"
 
 import jax
 import jaxtyping
+import pytest
 from hypothesis import settings
 
 jax.config.update("jax_enable_x64", True)
 
-# Every shape and dtype that rodmodel writes in an annotation is checked at each call (each trace, under jit).
-# The hook acts on modules imported after it, so nothing here or in a plugin may import rodmodel earlier.
-jaxtyping.install_import_hook(["rodmodel"], "beartype.beartype")
+# Every shape and dtype that an annotation names is checked at each call (each trace, under jit).
+# The hook acts on modules imported after it, so nothing here or in a plugin may import these earlier.
+jaxtyping.install_import_hook(["rodmodel", "fem_reference", "calibration"], "beartype.beartype")
 
 # The same examples on every run, and no limit on the time of one: a first call compiles.
 settings.register_profile("rodmodel", deadline=None, derandomize=True)
 settings.load_profile("rodmodel")
+
+
+@pytest.fixture
+def unchecked():
+    """Values of a wrong type reach the code, as they do for users, who run without the tests' checks."""
+    jaxtyping.config.update("jaxtyping_disable", True)
+    yield
+    jaxtyping.config.update("jaxtyping_disable", False)

@@ -13,7 +13,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fem_reference import CellError, Load
+from fem_reference import CellError, CellState, Load
+from fem_reference.configuration import Configuration
 
 BENDING = 2.45e-4  # [N m²]
 AZIMUTH = np.deg2rad([0.0, 120.0, 240.0])
@@ -51,23 +52,12 @@ def _derivatives(y: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
     return at(y), jax.grad(at)(y), jax.hessian(at)(y)
 
 
-@dataclass
-class ManufacturedState:
-    """The members of a cell state that a calibration reads."""
-
-    load: Load
-    curvature: np.ndarray
-    moment: np.ndarray
-    pressure: np.ndarray
-    energy: float
-    volume: np.ndarray
-    hessian: np.ndarray
-    iterations: int = 1
-    converged: bool = True
-    stable: bool = True
+def without_nodes(u: np.ndarray) -> Configuration:
+    """The configuration of a cell that has no nodes."""
+    return Configuration(np.zeros((0, 3)), u / 1e3, np.zeros(0), np.zeros(0), np.zeros(2))
 
 
-def solve(load: Load, start: ManufacturedState | None = None) -> ManufacturedState:
+def solve(load: Load, start: CellState | None = None) -> CellState:
     """Newton on ∂Π/∂u = m, from the state before."""
     p, m = np.asarray(load.pressure), np.asarray(load.moment)
     u = np.asarray(free_curvature(p)) if start is None else start.curvature
@@ -76,14 +66,24 @@ def solve(load: Load, start: ManufacturedState | None = None) -> ManufacturedSta
         residual = gradient[:3] - m
         if np.linalg.norm(residual) < 1e-14:
             stable = bool(np.linalg.eigvalsh(hessian[:3, :3]).min() > 0)
-            return ManufacturedState(
-                load, u, gradient[:3], p, float(value), -gradient[3:], hessian, iteration, True, stable
+            return CellState(
+                load=load,
+                pressure=p,
+                curvature=u,
+                moment=gradient[:3],
+                energy=float(value),
+                volume=-gradient[3:],
+                hessian=hessian,
+                iterations=iteration,
+                residual=0.0,
+                stable=stable,
+                configuration=without_nodes(u),
             )
         u = u - np.linalg.solve(hessian[:3, :3], residual)
     raise CellError(f"no equilibrium at {load}", last_good=start)
 
 
-def follow(loads: Sequence[Load], start: ManufacturedState | None) -> Iterator[ManufacturedState]:
+def follow(loads: Sequence[Load], start: CellState | None) -> Iterator[CellState]:
     """Continuation as the cell does it: one state at each given load."""
     for load in loads:
         start = solve(load, start)

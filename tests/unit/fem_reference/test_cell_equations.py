@@ -1,7 +1,6 @@
 """The cell's residual and Hessian are exact derivatives of its energy less the pressures' work."""
 
 import dataclasses
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +8,7 @@ import scipy.sparse as sparse
 
 from fem_reference import ActuatorGeometry, DoubleHelix, Ogden, Thread
 from fem_reference.cell_equations import CellEquations
+from fem_reference.configuration import Step
 from fem_reference.mesh import MeshLevel
 from fem_reference.screw import screw_series
 from tests.fem_fixtures import (
@@ -229,9 +229,7 @@ def test_the_mixed_unknowns_follow_a_step_to_first_order(equations):
     nodes = rng.uniform(-1.0, 1.0, at.positions.shape)
     errors = []
     for size in (1e-3, 5e-4, 2.5e-4):
-        step = SimpleNamespace(
-            positions=size * nodes, curvature=size * np.array([0.1, -0.2, 0.1]), multipliers=np.ones(2)
-        )
+        step = Step(size * nodes, size * np.array([0.1, -0.2, 0.1]), np.ones(2))
         end = equations.advance(at, step, 1.0, linear)
         x = equations.all_positions(end)
         pressure = equations.solid.bulk_modulus * (equations.solid.dilatation(x) - 1.0)

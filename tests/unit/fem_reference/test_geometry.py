@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fem_reference import ActuatorGeometry, Load, PeriodCell
-from fem_reference.mesh import LEVELS, mesh_level
+from fem_reference.section import LEVELS, mesh_level
 
 NAMES = (
     "body_diameter",
@@ -30,6 +30,7 @@ def test_the_default_is_the_papers_actuator():
     assert geometry.body_area == pytest.approx(ring - 3.0 * geometry.chamber_area, rel=1e-12)
 
 
+@pytest.mark.usefixtures("unchecked")
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("value", [0.0, -1e-3, np.nan, np.inf, "1 mm", None])
 def test_lengths_must_be_positive_and_finite(name, value):
@@ -54,6 +55,7 @@ def test_walls_must_leave_chambers_and_hold_the_winding(arguments, message):
         ActuatorGeometry(**arguments)
 
 
+@pytest.mark.usefixtures("unchecked")
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

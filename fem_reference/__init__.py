@@ -1,22 +1,33 @@
 """Full 3D finite-element reference of a wound soft pneumatic actuator."""
 
+from fem_reference.actuator import Actuator, ActuatorError, ActuatorState
+from fem_reference.actuator_load import ActuatorLoad
 from fem_reference.cell import CellError, CellState, Load, PeriodCell, follow
 from fem_reference.geometry import ActuatorGeometry
 from fem_reference.material import Ogden
-from fem_reference.mesh import LEVELS, MeshLevel
-from fem_reference.winding import DoubleHelix, Thread, Winding
+from fem_reference.section import LEVELS, MeshLevel
+from fem_reference.winding import LAYOUTS, DoubleHelix, NoWinding, Ring, SixHelix, Thread, Winding, layout
 
 __all__ = [
+    "LAYOUTS",
     "LEVELS",
+    "Actuator",
+    "ActuatorError",
     "ActuatorGeometry",
+    "ActuatorLoad",
+    "ActuatorState",
     "CellError",
     "CellState",
     "DoubleHelix",
     "Load",
     "MeshLevel",
+    "NoWinding",
     "Ogden",
     "PeriodCell",
+    "Ring",
+    "SixHelix",
     "Thread",
     "Winding",
     "follow",
+    "layout",
 ]

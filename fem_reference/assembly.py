@@ -15,7 +15,7 @@ class SparsePattern:
     Parameters
     ----------
     size : number of unknowns.
-    groups : degrees of freedom of each group's local matrices, (blocks, local size).
+    groups : degrees of freedom of each group's local matrices, (blocks, local size); −1 for those held.
     entries : rows and columns of further entries.
     """
 
@@ -34,7 +34,7 @@ class SparsePattern:
             local = dofs.shape[1]
             rows = np.repeat(dofs, local, axis=1).ravel()
             columns = np.tile(dofs, (1, local)).ravel()
-            chosen = np.flatnonzero(rows <= columns)
+            chosen = np.flatnonzero((rows >= 0) & (rows <= columns))
             self._chosen.append(chosen)
             self._local_keys.append(rows[chosen] * np.int64(size) + columns[chosen])
         rows, columns = entries

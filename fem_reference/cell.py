@@ -10,20 +10,21 @@ import numpy as np
 from jaxtyping import Float
 
 from fem_reference.cell_equations import CellEquations
+from fem_reference.cell_problem import CellProblem, CellTarget
 from fem_reference.condensation import condense
 from fem_reference.configuration import Configuration
 from fem_reference.geometry import ActuatorGeometry, as_vector
 from fem_reference.linear_solver import SymmetricSolver, default_solver
 from fem_reference.material import Ogden
-from fem_reference.mesh import MeshLevel, mesh_level
-from fem_reference.newton import Equilibrium, NewtonError, Target, solve_equilibrium
+from fem_reference.newton import Equilibrium, NewtonError, solve_equilibrium
 from fem_reference.path import PathError, PathFollower
+from fem_reference.section import MeshLevel, mesh_level
 from fem_reference.winding import DoubleHelix, Thread, Winding
 
 _MM = 1e3
 _MPA = 1e6
 _MAX_PRESSURE = 0.2e6
-_UNLOADED = Target(np.zeros(3), moment=np.zeros(3))
+_UNLOADED = CellTarget(np.zeros(3), moment=np.zeros(3))
 
 
 @dataclass(frozen=True)
@@ -58,12 +59,12 @@ class Load:
             if getattr(self, name) is not None:
                 as_vector(name, getattr(self, name), unit)
 
-    def _target(self) -> Target:
+    def _target(self) -> CellTarget:
         pressure = np.asarray(self.pressure, float) / _MPA
         if self.curvature is not None:
-            return Target(pressure, curvature=np.asarray(self.curvature, float) / _MM)
+            return CellTarget(pressure, curvature=np.asarray(self.curvature, float) / _MM)
         moment = np.zeros(3) if self.moment is None else np.asarray(self.moment, float) * _MM
-        return Target(pressure, moment=moment)
+        return CellTarget(pressure, moment=moment)
 
 
 @dataclass(frozen=True)
@@ -148,6 +149,7 @@ class PeriodCell:
         self.material = material or Ogden()
         self.thread = thread or Thread()
         self.equations = CellEquations(self.geometry, self.material, self.winding, self.thread, self.level)
+        self._problem = CellProblem(self.equations)
         self._solver = solver or default_solver()
         self._rest: Equilibrium | None = None
         self._rest_energy = 0.0
@@ -175,11 +177,11 @@ class PeriodCell:
     def _at_rest(self) -> Equilibrium:
         """Equilibrium without load, solved once."""
         if self._rest is None:
-            self._rest = solve_equilibrium(self.equations, self._solver, _UNLOADED, self.equations.rest())
+            self._rest = solve_equilibrium(self._problem, self._solver, _UNLOADED, self.equations.rest())
             self._rest_energy = self.equations.energy(self._rest.configuration)
         return self._rest
 
-    def _state(self, load: Load, found: Equilibrium, target: Target, iterations: int) -> CellState:
+    def _state(self, load: Load, found: Equilibrium, target: CellTarget, iterations: int) -> CellState:
         equations = self.equations
         period = equations.period
         section = condense(equations, self._solver, found)
@@ -221,39 +223,39 @@ def follow(cell: PeriodCell, loads: Iterable[Load], start: CellState | None = No
     CellError
         When a load is not reached; the states before have been yielded.
     """
-    equations, solver = cell.equations, cell._solver
+    problem, solver = cell._problem, cell._solver
     state = start
     try:
         here, target = cell._at_rest(), _UNLOADED
         if start is not None:
             target = start.load._target()
-            here = solve_equilibrium(equations, solver, target, start.configuration)
-        follower = PathFollower(equations, solver, here, target)
+            here = solve_equilibrium(problem, solver, target, start.configuration)
+        follower = PathFollower(problem, solver, here, target)
         for load in loads:
             before = follower.iterations
             goal = load._target()
-            follower.target = _restated(follower.target, follower.equilibrium, goal, equations.period)
+            follower.target = _restated(follower.target, follower.equilibrium, goal, cell.equations.period)
             found = follower.follow(goal)
             state = cell._state(load, found, goal, follower.iterations - before)
             yield state
     except NewtonError as error:
         raise CellError(f"the cell did not converge at the start: {error}", state) from error
     except PathError as error:
-        last = solve_equilibrium(equations, solver, error.target, error.last.configuration)
+        last = solve_equilibrium(problem, solver, error.target, error.last.configuration)
         reached = cell._state(_load_of(error.target), last, error.target, 0)
         raise CellError(f"the cell did not converge: {error}", reached) from error
 
 
-def _restated(here: Target, at: Equilibrium, goal: Target, period: float) -> Target:
+def _restated(here: CellTarget, at: Equilibrium, goal: CellTarget, period: float) -> CellTarget:
     """The target at hand in the goal's terms, if these are others: by its curvature, or by its moment."""
     if (goal.curvature is None) == (here.curvature is None):
         return here
     if goal.curvature is not None:
-        return Target(here.pressure, curvature=at.configuration.curvature)
-    return Target(here.pressure, moment=at.linear.curvature_residual / period)
+        return CellTarget(here.pressure, curvature=at.configuration.curvature)
+    return CellTarget(here.pressure, moment=at.linear.curvature_residual / period)
 
 
-def _load_of(target: Target) -> Load:
+def _load_of(target: CellTarget) -> Load:
     pressure = _triple(target.pressure * _MPA)
     if target.curvature is not None:
         return Load(pressure, curvature=_triple(target.curvature * _MM))

@@ -15,13 +15,14 @@ from jaxtyping import Float, Int
 
 from fem_reference.assembly import SparsePattern
 from fem_reference.chamber import Chamber
-from fem_reference.configuration import Configuration, Linearisation, Step
+from fem_reference.configuration import CellLinearisation, Configuration, Step
 from fem_reference.geometry import ActuatorGeometry
 from fem_reference.helical import HelicalFrame, HelicalMap
 from fem_reference.material import Ogden
-from fem_reference.mesh import BOTTOM, CAVITY, CHAMBERS, MILLIMETRE, MeshLevel, body_mesh
+from fem_reference.mesh import BOTTOM, body_mesh
 from fem_reference.rod_contact import RodContact
 from fem_reference.screw import screw_series
+from fem_reference.section import CAVITY, CHAMBERS, MILLIMETRE, MeshLevel
 from fem_reference.solid import SolidElements
 from fem_reference.thread import ThreadSegments
 from fem_reference.wall_contact import WallContact
@@ -152,7 +153,7 @@ class CellEquations:
 
     def linearise(
         self, at: Configuration, pressure: Float[np.ndarray, "3"], exact: bool = False
-    ) -> Linearisation:
+    ) -> CellLinearisation:
         """Residual and Hessian.
 
         Parameters
@@ -206,7 +207,7 @@ class CellEquations:
         slip = self._gauge @ (at.positions - self._rest_positions).ravel()
         beam = self.period * self.rod_stiffness
         zeros = np.zeros((GAUGES, 3))
-        return Linearisation(
+        return CellLinearisation(
             residual=np.concatenate(
                 [
                     free_force.ravel() + at.multipliers @ self._gauge,
@@ -229,7 +230,9 @@ class CellEquations:
             length_gradient=thread[2],
         )
 
-    def advance(self, at: Configuration, step: Step, fraction: float, linear: Linearisation) -> Configuration:
+    def advance(
+        self, at: Configuration, step: Step, fraction: float, linear: CellLinearisation
+    ) -> Configuration:
         """Take a fraction of a Newton step, with the condensed pressures and tensions."""
         move = linear.frame.motion(step.positions, step.curvature)
         x = linear.frame.positions
@@ -238,7 +241,7 @@ class CellEquations:
             "ea,ea->e", linear.volume_gradient, move[solid.connectivity].reshape(len(solid), -1)
         )
         stretch = np.einsum(
-            "sa,sa->s", linear.length_gradient, move[thread.connectivity].reshape(len(thread), -1)
+            "sa,sa->s", linear.length_gradient, move[thread.connectivity].reshape(len(thread), 48)
         )
         pressure = solid.bulk_modulus * (solid.dilatation(x) - 1.0 + dilation / solid.volume)
         tension = thread.tension(x) + thread.axial_stiffness * stretch / thread.rest_length
@@ -254,7 +257,9 @@ class CellEquations:
 def _scatter(nodes: np.ndarray, local: np.ndarray, count: int) -> Float[np.ndarray, "nodes 3"]:
     """Sum local nodal vectors into an array over all nodes."""
     dofs = (3 * nodes[:, :, None] + np.arange(3)).ravel()
-    return np.bincount(dofs, weights=local.ravel(), minlength=3 * count).reshape(count, 3)
+    total = np.bincount(dofs, weights=local.ravel(), minlength=3 * count)
+    # A sum of nothing comes as integers.
+    return total.astype(float, copy=False).reshape(count, 3)
 
 
 def _upper_entries(

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from fem_reference.helical import HelicalFrame
+from fem_reference.newton import Linearisation
 
 
 @dataclass(frozen=True)
@@ -26,15 +27,6 @@ class Configuration:
     segment_tension: Float[np.ndarray, " segments"]
     multipliers: Float[np.ndarray, "2"]
 
-    def extrapolate(self, earlier: "Configuration", ratio: float) -> "Configuration":
-        """Continue the step from ``earlier`` to this one by ``ratio`` of its length."""
-        return type(self)(
-            *(
-                getattr(self, name) + ratio * (getattr(self, name) - getattr(earlier, name))
-                for name in self.__dataclass_fields__
-            )
-        )
-
 
 @dataclass(frozen=True)
 class Step:
@@ -46,18 +38,15 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Linearisation:
+class CellLinearisation(Linearisation):
     """Residual and Hessian at a configuration; ``q`` stands for the independent nodes and the multipliers."""
 
-    residual: Float[np.ndarray, " q"]
     curvature_residual: Float[np.ndarray, "3"]
-    data: Float[np.ndarray, " nonzeros"]
     node_curvature: Float[np.ndarray, "q 3"]
     node_pressure: Float[np.ndarray, "q 3"]
     curvature_curvature: Float[np.ndarray, "3 3"]
     curvature_pressure: Float[np.ndarray, "3 3"]
     volume: Float[np.ndarray, "3"]
-    walls_touch: bool
     frame: HelicalFrame
     volume_gradient: Float[np.ndarray, "elements 24"]
     length_gradient: Float[np.ndarray, "segments 48"]

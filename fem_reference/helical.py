@@ -47,7 +47,7 @@ class HelicalMap:
     def reduced_dofs(self, connectivity: Int[np.ndarray, "blocks nodes"]) -> Int[np.ndarray, "blocks dofs"]:
         """Degrees of freedom of the independent nodes behind each node of ``connectivity``."""
         base = self.base[connectivity]
-        return (3 * base[:, :, None] + np.arange(3)).reshape(len(base), -1)
+        return (3 * base[:, :, None] + np.arange(3)).reshape(len(base), 3 * base.shape[1])
 
 
 class HelicalFrame:

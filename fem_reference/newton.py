@@ -1,4 +1,4 @@
-"""Newton's method for the period cell: mixed unknowns for its stiff parts, a shift where it is unstable.
+"""Newton's method for equilibria: mixed unknowns for the stiff parts, a shift where it is unstable, damping.
 
 Two parts are stiff beyond comparison with the silicone's shear: the thread's stretch and the elements'
 volume. Both are quadratic in small rotations, so that a plain Newton step from a displacement-only form
@@ -10,46 +10,56 @@ Far from equilibrium a matrix with the wrong inertia would lead to a saddle or r
 the identity is then added until the inertia is that of a minimum. Close to equilibrium the matrix is left as
 it is.
 
+Globalisation is a line search whose merit is the size of the Newton step itself: steps must shrink from one
+iterate to the next (the ordinary monotonicity test), or the last one is taken again at half its length. The
+energy would not do for a merit: a good step swings the inextensible thread, and its energy jumps by orders of
+magnitude before it falls. Nor would the residual forces, for the same reason.
+
 References
 ----------
 Magisano, Leonetti, Garcea (2017), Advantages of the mixed format in geometrically nonlinear analysis of beams
 and shells using solid finite elements, Int. J. Numer. Meth. Eng. 109, §3. Nocedal and Wright (2006),
-Numerical Optimization, §3.4, for the shift.
+Numerical Optimization, §3.4, for the shift. Deuflhard (2011), Newton Methods for Nonlinear Problems, §3.1,
+for the test.
 """
 
+import abc
 import logging
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
-from fem_reference.cell_equations import GAUGES, CellEquations
-from fem_reference.configuration import Configuration, Linearisation, Step
+from fem_reference.assembly import SparsePattern
 from fem_reference.linear_solver import SingularMatrixError, SymmetricSolver
-from fem_reference.screw import screw_series
 
 _LOG = logging.getLogger(__name__)
 
 # Residual forces [N] and moments [N mm]: chamber pressures give nodal forces of 1e-3 to 1e-2 N, round-off of
 # the stiff parts about 1e-11 N.
 FORCE_TOLERANCE = 1e-9
+# A step of this size [mm] under forces below that [N] is round-off of a large mesh.
+_ROUND_OFF_STEP, _ROUND_OFF_FORCE = 1e-12, 1e-7
 MOMENT_TOLERANCE = 1e-8
 # Where walls touch, the barrier's gradient jumps a little as contact pairs change kind, and Newton's method
 # may end in a cycle about such a jump. It is accepted once the whole step is as small as this [mm] and moves
-# u by no more than that [1/mm], which bounds what is lost: 1e-3 mm at a wall's node, 1e-4 1/m of curvature.
+# u by no more than a bound of the problem's own, which together bound what is lost.
 CONTACT_STEP = 1e-3
-CONTACT_CURVATURE_STEP = 1e-7
 CONTACT_FORCE_TOLERANCE = 1e-3
 MAX_ITERATIONS = 30
 
 _MAX_BACKTRACKS = 12
-_WALL_MARGIN = 0.9
-# Largest turn of the top face in one step [rad].
-_MAX_TURN = 0.05
 # Iterations before a residual that does not fall is answered with half steps, or taken for the contact's
 # noise.
 _SETTLING = 5
 _PATIENCE = 5
+# Line search: a step may be this much larger than the one before; how often one is halved; and how large a
+# step must be [mm] for its growth to mean anything.
+_GROWTH = 1.0
+_MAX_HALVINGS = 4
+_STALL = True
+_SMALL_STEP = 1e-4
 # Shift of the stiffness [N/mm]: applied above this residual [N], from the first value upwards by factors.
 _SHIFT_ABOVE = 1e-4
 _FIRST_SHIFT = 1e-3
@@ -62,28 +72,19 @@ class NewtonError(ArithmeticError):
 
 
 @dataclass(frozen=True)
-class Target:
-    """What the cell is asked for.
+class Linearisation:
+    """Residual and stiffness of a problem at a configuration.
 
     Parameters
     ----------
-    pressure : of the chambers [MPa].
-    moment : external moment [N mm], in free bending.
-    curvature : imposed u [1/mm]; exactly one of the two is given.
+    residual : forces on the unknowns of the sparse system [N].
+    data : of the stiffness, in the problem's pattern.
+    walls_touch : whether chamber walls are in contact.
     """
 
-    pressure: Float[np.ndarray, "3"]
-    moment: Float[np.ndarray, "3"] | None = None
-    curvature: Float[np.ndarray, "3"] | None = None
-
-    def between(self, other: "Target", fraction: float) -> "Target":
-        """The target a fraction of the way from this one to ``other``, which is of the same mode."""
-
-        def mix(a: np.ndarray | None, b: np.ndarray | None) -> np.ndarray | None:
-            return None if a is None or b is None else a + fraction * (b - a)
-
-        pressure = self.pressure + fraction * (other.pressure - self.pressure)
-        return type(self)(pressure, mix(self.moment, other.moment), mix(self.curvature, other.curvature))
+    residual: Float[np.ndarray, " q"]
+    data: Float[np.ndarray, " nonzeros"]
+    walls_touch: bool
 
 
 @dataclass(frozen=True)
@@ -93,21 +94,74 @@ class Equilibrium:
     Parameters
     ----------
     residual : largest nodal force left [N].
-    excess_negative : negative pivots of the stiffness at fixed u beyond those of the gauge; above zero the
-        cell is at a
-        saddle of its energy. None where the linear solver does not tell.
+    excess_negative : negative pivots of the stiffness beyond those of the constraints; above zero the body is
+        at a saddle of its energy. None where the linear solver does not tell.
     """
 
-    configuration: Configuration
-    linear: Linearisation
+    configuration: Any
+    linear: Any
     iterations: int
     residual: float
     excess_negative: int | None
 
 
-def solve_equilibrium(
-    equations: CellEquations, solver: SymmetricSolver, target: Target, start: Configuration
-) -> Equilibrium:
+class Problem(abc.ABC):
+    """What Newton's method and the path follower ask of the equations.
+
+    Configurations, targets, linearisations and steps are the problem's own types; a linearisation extends
+    `Linearisation`, and a step has ``positions``, the nodes' part of it [mm].
+    """
+
+    #: Sparsity of the stiffness, and how many of its unknowns are multipliers with a negative pivot each.
+    pattern: SparsePattern
+    constraints: int
+
+    @abc.abstractmethod
+    def begin(self, start: Any, target: Any) -> Any:
+        """The configuration to iterate from; raises a NewtonError where it is not admissible."""
+
+    @abc.abstractmethod
+    def linearise(self, at: Any, target: Any) -> Any:
+        """Residual and stiffness."""
+
+    @abc.abstractmethod
+    def imbalance(self, linear: Any, target: Any) -> float:
+        """Largest residual moment of unknowns outside the sparse system [N mm]."""
+
+    @abc.abstractmethod
+    def newton_step(self, solver: SymmetricSolver, linear: Any, target: Any) -> Any:
+        """Step from the factors that ``solver`` holds."""
+
+    @abc.abstractmethod
+    def size(self, step: Any, linear: Any) -> float:
+        """Root-mean-square displacement of the nodes in a step [mm]."""
+
+    @abc.abstractmethod
+    def is_small(self, step: Any) -> bool:
+        """Whether the unknowns other than nodes move by no more than the contact's noise may move them."""
+
+    @abc.abstractmethod
+    def longest(self, step: Any) -> float:
+        """Largest share of a step that its linearisation stands for, at most 1."""
+
+    @abc.abstractmethod
+    def advance(self, at: Any, step: Any, fraction: float, linear: Any) -> Any:
+        """The configuration after a share of a step, stiff forces included."""
+
+    @abc.abstractmethod
+    def allowed(self, linear: Any, trial: Any) -> float:
+        """Share of a trial step that nothing blocks; 1 where it is admissible in full."""
+
+    @abc.abstractmethod
+    def mean(self, states: list[Any], weights: list[float]) -> Any:
+        """Weighted mean of configurations, weights adding up to one; negative ones extrapolate."""
+
+    @abc.abstractmethod
+    def may_start(self, at: Any, guess: Any) -> bool:
+        """Whether ``guess``, extrapolated from the equilibrium ``at``, is one to iterate from."""
+
+
+def solve_equilibrium(problem: Problem, solver: SymmetricSolver, target: Any, start: Any) -> Equilibrium:
     """Iterate from ``start`` to equilibrium under ``target``; the solver is left with the factors there.
 
     Raises
@@ -115,38 +169,45 @@ def solve_equilibrium(
     NewtonError
         When it does not converge.
     """
-    at = start if target.curvature is None else replace(start, curvature=target.curvature)
-    if not equations.rod.admissible(equations.all_positions(at), screw_series(at.curvature, equations.reach)):
-        raise NewtonError("the start has the cavity's wall inside the rod")
+    at = problem.begin(start, target)
     history: list[float] = []
+    last: _Taken | None = None
     for iteration in range(MAX_ITERATIONS):
-        linear = equations.linearise(at, target.pressure)
-        moment_residual = None
-        if target.moment is not None:
-            moment_residual = linear.curvature_residual - equations.period * target.moment
+        linear = problem.linearise(at, target)
         force = float(np.abs(linear.residual).max())
-        moment = 0.0 if moment_residual is None else float(np.abs(moment_residual).max()) / equations.period
-        history.append(force)
+        moment = problem.imbalance(linear, target)
         if not np.isfinite(force + moment):
             raise NewtonError(f"the residual is not finite at iteration {iteration}")
         try:
-            negative = solver.factorise(equations.pattern.matrix(linear.data), equations.pattern.revision)
-            excess = None if negative is None else negative - GAUGES
-            _LOG.debug(
-                "iteration %d: force %.2e N, moment %.2e N mm, excess %s", iteration, force, moment, excess
-            )
+            negative = solver.factorise(problem.pattern.matrix(linear.data), problem.pattern.revision)
+            excess = None if negative is None else negative - problem.constraints
             if force <= FORCE_TOLERANCE and moment <= MOMENT_TOLERANCE:
                 return Equilibrium(at, linear, iteration, force, excess)
             shifted = bool(excess) and force > _SHIFT_ABOVE
             if shifted:
-                _factorise_shifted(equations, solver, linear)
-            step = _newton_step(solver, linear, moment_residual)
+                _factorise_shifted(problem, solver, linear)
+            step = problem.newton_step(solver, linear, target)
         except SingularMatrixError as error:
             raise NewtonError(f"iteration {iteration}: {error}") from error
-        if iteration >= _PATIENCE and linear.walls_touch and not shifted and _at_contact_noise(step, force):
+        size = problem.size(step, linear)
+        _LOG.debug(
+            "iteration %d: force %.2e N, moment %.2e N mm, step %.2e mm, excess %s%s",
+            *(iteration, force, moment, size, excess, ", shifted" if shifted else ""),
+        )
+        if size <= _ROUND_OFF_STEP and force <= _ROUND_OFF_FORCE and moment <= MOMENT_TOLERANCE:
             return Equilibrium(at, linear, iteration, force, excess)
+        if last is not None and not shifted and last.overshot(size):
+            _LOG.debug("the step grew from %.2e mm: the last one is halved", last.size)
+            last = last.halved()
+            at = _admissible_part(problem, last.origin, last.step, last.linear, last.fraction)
+            continue
+        if iteration >= _PATIENCE and linear.walls_touch and not shifted and _at_noise(problem, step, force):
+            return Equilibrium(at, linear, iteration, force, excess)
+        history.append(force)
         stalled = len(history) > _SETTLING and history[-1] > 0.5 * history[-3]
-        at = _admissible_part(equations, at, step, linear, 0.5 if stalled else 1.0)
+        fraction = min(problem.longest(step), 0.5 if stalled and _STALL else 1.0)
+        last = None if shifted else _Taken(at, step, linear, size, fraction)
+        at = _admissible_part(problem, at, step, linear, fraction)
     raise NewtonError(
         f"no convergence in {MAX_ITERATIONS} iterations; the last residual forces are "
         + ", ".join(f"{r:.1e}" for r in history[-3:])
@@ -154,60 +215,56 @@ def solve_equilibrium(
     )
 
 
-def _at_contact_noise(step: Step, force: float) -> bool:
+@dataclass(frozen=True)
+class _Taken:
+    """A step that was taken, to be taken again at half its length if it led astray."""
+
+    origin: Any
+    step: Any
+    linear: Any
+    size: float
+    fraction: float
+    halvings: int = 0
+
+    def overshot(self, size: float) -> bool:
+        """Whether the step that followed grew, and a shorter one is worth trying."""
+        return size > max(_GROWTH * self.size, _SMALL_STEP) and self.halvings < _MAX_HALVINGS
+
+    def halved(self) -> "_Taken":
+        return _Taken(self.origin, self.step, self.linear, self.size, 0.5 * self.fraction, self.halvings + 1)
+
+
+def _at_noise(problem: Problem, step: Any, force: float) -> bool:
     return (
         force <= CONTACT_FORCE_TOLERANCE
         and float(np.abs(step.positions).max()) <= CONTACT_STEP
-        and float(np.abs(step.curvature).max()) <= CONTACT_CURVATURE_STEP
+        and problem.is_small(step)
     )
 
 
-def _factorise_shifted(equations: CellEquations, solver: SymmetricSolver, linear: Linearisation) -> None:
+def _factorise_shifted(problem: Problem, solver: SymmetricSolver, linear: Linearisation) -> None:
     """Factorise the stiffness plus the first tried multiple of the identity that makes it a minimum's."""
     shift = _FIRST_SHIFT
-    diagonal = equations.pattern.diagonal[:-GAUGES]
+    diagonal = problem.pattern.diagonal[: problem.pattern.size - problem.constraints]
     for _ in range(_MAX_SHIFTS):
         data = linear.data.copy()
         data[diagonal] += shift
-        if solver.factorise(equations.pattern.matrix(data), equations.pattern.revision) == GAUGES:
+        if solver.factorise(problem.pattern.matrix(data), problem.pattern.revision) == problem.constraints:
             return
         shift *= _SHIFT_FACTOR
     raise NewtonError(f"the stiffness stays indefinite under a shift of {shift / _SHIFT_FACTOR:g} N/mm")
 
 
-def _newton_step(
-    solver: SymmetricSolver, linear: Linearisation, moment_residual: Float[np.ndarray, "3"] | None
-) -> Step:
-    """Step of nodes, multipliers and, in free bending, of u by its Schur complement."""
-    if moment_residual is None:
-        dq, du = solver.solve(-linear.residual[:, None])[:, 0], np.zeros(3)
-    else:
-        solution = solver.solve(np.column_stack([-linear.residual, linear.node_curvature]))
-        schur = linear.curvature_curvature - linear.node_curvature.T @ solution[:, 1:]
-        du = np.linalg.solve(schur, -moment_residual - linear.node_curvature.T @ solution[:, 0])
-        dq = solution[:, 0] - solution[:, 1:] @ du
-    return Step(dq[:-GAUGES].reshape(-1, 3), du, dq[-GAUGES:])
-
-
-def _admissible_part(
-    equations: CellEquations, at: Configuration, step: Step, linear: Linearisation, longest: float
-) -> Configuration:
+def _admissible_part(problem: Problem, at: Any, step: Any, linear: Any, fraction: float) -> Any:
     """The longest admissible part of a step: no wall crossed, no node in the rod, no element inverted."""
-    turn = float(np.linalg.norm(step.curvature)) * equations.period
-    fraction = min(longest, _MAX_TURN / turn) if turn > 0.0 else longest
     for _ in range(_MAX_BACKTRACKS):
-        trial = equations.advance(at, step, fraction, linear)
-        x = equations.all_positions(trial)
-        limit = equations.walls.step_limit(linear.frame.positions, x)
-        if limit < 1.0:
-            fraction *= _WALL_MARGIN * limit
-            continue
-        series = screw_series(trial.curvature, equations.reach)
-        if equations.rod.admissible(x, series) and equations.solid.dilatation(x).min() > 0.1:
+        trial = problem.advance(at, step, fraction, linear)
+        allowed = problem.allowed(linear, trial)
+        if allowed >= 1.0:
             if fraction < 1.0:
                 _LOG.debug("step cut to %.3g", fraction)
             return trial
-        fraction *= 0.5
+        fraction *= allowed
     raise NewtonError(
         f"no admissible step: a wall, the rod or an element blocks it at {fraction:.1e} of its length"
     )

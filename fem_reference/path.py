@@ -1,15 +1,12 @@
 """Continuation of equilibria along straight paths of load, with extrapolation and step control."""
 
 import logging
+from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 
-from fem_reference.cell_equations import CellEquations
-from fem_reference.configuration import Configuration
 from fem_reference.linear_solver import SymmetricSolver
-from fem_reference.newton import Equilibrium, NewtonError, Target, solve_equilibrium
-from fem_reference.screw import screw_series
+from fem_reference.newton import Equilibrium, NewtonError, Problem, solve_equilibrium
 
 _LOG = logging.getLogger(__name__)
 
@@ -19,6 +16,9 @@ _EASY, _HARD = 5, 9
 _STRAIGHT = 0.999
 _GROW, _SHRINK = 1.6, 0.6
 _SMALLEST = 0.05
+# Earlier states kept for extrapolation, and the largest sum of absolute weights for more than two states.
+_STATES = 2
+_AMPLIFICATION = 8.0
 # Steps beyond a spot where contact pairs change kind, tried when ever smaller ones all fail before it.
 _LEAPS = (0.1, 0.2)
 
@@ -32,40 +32,41 @@ class PathError(ArithmeticError):
     last, target : last equilibrium, and what it is under.
     """
 
-    def __init__(self, message: str, last: Equilibrium, target: Target) -> None:
+    def __init__(self, message: str, last: Equilibrium, target: Any) -> None:
         super().__init__(message)
         self.last = last
         self.target = target
 
 
 class PathFollower:
-    """Equilibria of a cell, one load after another.
+    """Equilibria of a problem, one load after another.
 
     Parameters
     ----------
-    equations, solver : the cell and its linear solver.
+    problem, solver : what is in equilibrium, and the linear solver.
     equilibrium, target : where the path starts: an equilibrium and what it is under.
-    step : length of the first step, in the measure of `distance`; adapted while going on.
+    step : length of the first step, in the measure of the target's ``to``; adapted while going on.
     """
 
     def __init__(
         self,
-        equations: CellEquations,
+        problem: Problem,
         solver: SymmetricSolver,
         equilibrium: Equilibrium,
-        target: Target,
+        target: Any,
         step: float = 1.0,
     ) -> None:
-        self.equations = equations
+        self.problem = problem
         self.solver = solver
         self.equilibrium = equilibrium
         self.target = target
         self.step = step
         self.iterations = 0
-        self._earlier: tuple[Configuration, float] | None = None
+        # Configurations before the present one on this straight leg, and how far back each is.
+        self._earlier: list[tuple[Any, float]] = []
         self._heading = np.zeros(0)
 
-    def follow(self, goal: Target) -> Equilibrium:
+    def follow(self, goal: Any) -> Equilibrium:
         """Go from the present equilibrium to ``goal``, in as many steps as it takes.
 
         The solver is left with the factors at the goal.
@@ -75,11 +76,12 @@ class PathFollower:
         PathError
             When the goal is not reached; it carries the last equilibrium.
         """
-        origin, length = self.target, distance(self.target, goal)
-        heading = difference(origin, goal) / max(length, np.finfo(float).tiny)
+        origin, change = self.target, self.target.to(goal)
+        length = float(np.linalg.norm(change))
+        heading = change / max(length, np.finfo(float).tiny)
         if heading.shape != self._heading.shape or heading @ self._heading < _STRAIGHT:
             # A turn of the path makes the last step's direction worthless.
-            self._earlier = None
+            self._earlier = []
         self._heading = heading
         if length == 0.0 and not self._advance(goal, 0.0):
             raise PathError("the equilibrium at hand does not converge anew", self.equilibrium, origin)
@@ -96,7 +98,7 @@ class PathFollower:
                 done += self._leap(origin, goal, done, length)
         return self.equilibrium
 
-    def _leap(self, origin: Target, goal: Target, done: float, length: float) -> float:
+    def _leap(self, origin: Any, goal: Any, done: float, length: float) -> float:
         """Step over a spot that small steps cannot pass; return how far."""
         for leap in _LEAPS:
             if leap <= length - done and self._advance(origin.between(goal, (done + leap) / length), leap):
@@ -109,19 +111,20 @@ class PathFollower:
             self.target,
         )
 
-    def _advance(self, target: Target, step: float) -> bool:
+    def _advance(self, target: Any, step: float) -> bool:
         """Solve for ``target``, a step away; tell whether it converged."""
         at = self.equilibrium.configuration
         start = at
-        if self._earlier is not None and step > 0.0:
-            guess = at.extrapolate(self._earlier[0], step / self._earlier[1])
-            start = guess if self._admissible(at, guess) else at
+        if self._earlier and step > 0.0:
+            guess = self._extrapolate(step)
+            start = guess if self.problem.may_start(at, guess) else at
         try:
-            found = solve_equilibrium(self.equations, self.solver, target, start)
+            found = solve_equilibrium(self.problem, self.solver, target, start)
         except NewtonError as error:
             _LOG.debug("a step of %.3g failed: %s", step, error)
             return False
-        self._earlier = (at, step) if step > 0.0 else None
+        earlier = [(at, 0.0), *self._earlier][:_STATES]
+        self._earlier = [(state, back + step) for state, back in earlier] if step > 0.0 else []
         self.equilibrium, self.target = found, target
         self.iterations += found.iterations
         if found.iterations <= _EASY:
@@ -130,31 +133,15 @@ class PathFollower:
             self.step = step * _SHRINK
         return True
 
-    def _admissible(self, at: Configuration, guess: Configuration) -> bool:
-        """Whether an extrapolated configuration is one that Newton's method can start from."""
-        equations = self.equations
-        try:
-            series = screw_series(guess.curvature, equations.reach)
-        except ValueError:
-            return False
-        x = equations.all_positions(guess)
-        return (
-            equations.rod.admissible(x, series)
-            and equations.solid.dilatation(x).min() > 0.5
-            and equations.walls.step_limit(equations.all_positions(at), x) >= 1.0
-        )
-
-
-def difference(a: Target, b: Target) -> Float[np.ndarray, " loads"]:
-    """Change of load in units of 1 kPa, 0.05 N mm and 1 1/m, which strain the cell about alike."""
-    parts = [(b.pressure - a.pressure) / 1e-3]
-    if a.moment is not None and b.moment is not None:
-        parts.append((b.moment - a.moment) / 0.05)
-    if a.curvature is not None and b.curvature is not None:
-        parts.append((b.curvature - a.curvature) / 1e-3)
-    return np.concatenate(parts)
-
-
-def distance(a: Target, b: Target) -> float:
-    """Length of a step of load, the norm of its `difference`."""
-    return float(np.linalg.norm(difference(a, b)))
+    def _extrapolate(self, step: float) -> Any:
+        """Polynomial through the last states on this leg, of the highest degree that is tame."""
+        for count in range(len(self._earlier), 0, -1):
+            states, back = zip(*self._earlier[:count], strict=True)
+            nodes = np.array([0.0, *(-b for b in back)])
+            weights = [
+                float(np.prod([(step - o) / (n - o) for o in np.delete(nodes, i)]))
+                for i, n in enumerate(nodes)
+            ]
+            if count == 1 or np.abs(weights).sum() <= _AMPLIFICATION:
+                break
+        return self.problem.mean([self.equilibrium.configuration, *states], weights)

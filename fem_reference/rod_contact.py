@@ -2,17 +2,8 @@
 
 The rod is a tube of constant curvature around the axis c(s; u), the translation of exp(s·(e3, u)). A node's
 gap is its distance to the axis less the rod's radius; it depends on the node and on u. The wall may leave the
-rod; a barrier keeps it from entering, with the energy per reference area
-
-    b(d) = −k (d − d̂)² ln(d/d̂)   for 0 < d < d̂,   d = gap + 0.9 d̂,
-
-so that the contact pressure grows without bound before the wall has moved 0.9 d̂ = 0.018 mm inwards, and the
-energy has two continuous derivatives. At rest the wall just touches the rod: it is centred there by b's
-slope, 0.6 kPa. Lengths mm, pressures MPa.
-
-References
-----------
-Li et al. (2020), Incremental Potential Contact, eq. 6, for the barrier's form.
+rod; the barrier of `interface` keeps it from
+entering. Lengths mm, pressures MPa.
 """
 
 from dataclasses import dataclass
@@ -20,11 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
+from fem_reference.interface import ACTIVATION, REST_SHARE, barrier
 from fem_reference.screw import ScrewSeries
-
-ACTIVATION = 0.02
-REST_SHARE = 0.9
-STIFFNESS = 1.0
 
 
 @dataclass(frozen=True)
@@ -105,7 +93,7 @@ class RodContact:
         gap_hessian = (hessian - gap_gradient[:, :, None] * gap_gradient[:, None, :]) / distance[
             :, None, None
         ]
-        energy, slope, curve = _barrier(distance - self._radius + REST_SHARE * ACTIVATION)
+        energy, slope, curve = barrier(distance - self._radius + REST_SHARE * ACTIVATION)
         force = (self._areas * slope)[:, None] * gap_gradient
         stiffness = self._areas[:, None, None] * (
             slope[:, None, None] * gap_hessian
@@ -124,7 +112,7 @@ class RodContact:
         self, positions: Float[np.ndarray, "nodes 3"], series: ScrewSeries
     ) -> Float[np.ndarray, " contacts"]:
         """Contact pressure on the rod at each node, per reference area [MPa]."""
-        return -_barrier(self.gap(positions, series) + REST_SHARE * ACTIVATION)[1]
+        return -barrier(self.gap(positions, series) + REST_SHARE * ACTIVATION)[1]
 
     def _closest(
         self, x: Float[np.ndarray, "contacts 3"], series: ScrewSeries
@@ -147,18 +135,3 @@ class RodContact:
                 break
             s = s + residual / bend
         return offset, s, tangent, bend
-
-
-def _barrier(
-    d: Float[np.ndarray, " contacts"],
-) -> tuple[Float[np.ndarray, " contacts"], Float[np.ndarray, " contacts"], Float[np.ndarray, " contacts"]]:
-    """b(d), b'(d), b''(d); infinite where d ≤ 0, zero where d ≥ d̂."""
-    active = d < ACTIVATION
-    t = np.where(active, d / ACTIVATION, 1.0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        log = np.log(t)
-        energy = -STIFFNESS * ACTIVATION**2 * (t - 1.0) ** 2 * log
-        slope = -STIFFNESS * ACTIVATION * (2.0 * (t - 1.0) * log + (t - 1.0) ** 2 / t)
-        curve = -STIFFNESS * (2.0 * log + 4.0 * (t - 1.0) / t - ((t - 1.0) / t) ** 2)
-    inside = d <= 0.0
-    return np.where(inside, np.inf, energy), np.where(inside, -np.inf, slope), np.where(inside, np.inf, curve)

@@ -22,7 +22,12 @@ class ThreadSegments:
     mesh : host mesh [mm], between z = 0 and z = ``length``.
     winding : layout; thread : its elasticity.
     radius, length : of the winding's cylinder [m].
-    points_per_turn : segments per turn of a helix; about one per host element.
+    points_per_turn : segments per turn of a helix, or of a ring; about one per host element.
+
+    Raises
+    ------
+    ValueError
+        For threads that overlap or leave the mesh.
     """
 
     def __init__(
@@ -34,6 +39,7 @@ class ThreadSegments:
         length: float,
         points_per_turn: int,
     ) -> None:
+        winding.refuse_overlap(thread)
         self.axial_stiffness = thread.axial_stiffness
         basis = skfem.Basis(mesh, skfem.ElementHex1(), intorder=1)
         hosts, weights, self.polylines = [], [], []
@@ -54,7 +60,8 @@ class ThreadSegments:
             count += len(points)
         self._host = np.concatenate(hosts) if hosts else np.empty((0, 8), int)
         self._weight = np.concatenate(weights) if weights else np.empty((0, 8))
-        ends = np.concatenate(pairs) if pairs else np.empty((0, 2), int)
+        #: The two points of every segment.
+        self.segments = ends = np.concatenate(pairs) if pairs else np.empty((0, 2), int)
         self.connectivity = self._host[ends].reshape(len(ends), 16)
         # x_b − x_a = Σ_c coefficient_c x_c over the sixteen host nodes.
         self._coefficient = np.concatenate([-self._weight[ends[:, 0]], self._weight[ends[:, 1]]], axis=1)

@@ -40,9 +40,7 @@ def write_vtk(cell: PeriodCell, state: CellState, file: str | Path, periods: int
     nodes = equations.all_positions(state.configuration)
     moved = np.concatenate([nodes, equations.thread.points(nodes)])
     hexes = skfem_meshio.to_meshio(equations.mesh).cells_dict["hexahedron"]
-    lines = len(nodes) + np.concatenate(
-        [np.column_stack([line[:-1], line[1:]]) for line in equations.thread.polylines]
-    )
+    lines = len(nodes) + equations.thread.segments
     turn, shift = equations.period_motion(state.configuration)
 
     at_rest, deformed, hex_cells, line_cells = [], [], [], []

@@ -103,10 +103,9 @@ def _mirror_symmetric_split(
     # Start each cycle at a corner of the lower edge: the one with the smaller azimuth on one side, the larger
     # on the other.
     height = corner[..., 2] - corner[..., 2].mean(axis=1, keepdims=True)
-    low = height < 0.0
-    start = np.array(
-        [next(i for i in range(4) if low[f, i] and low[f, (i + 1) % 4]) for f in range(len(quads))]
-    )
-    start = start + side
+    low = height < -1e-9
+    lower_edge = low & np.roll(low, -1, axis=1)
+    # A ceiling has no lower edge; any start will do there.
+    start = np.argmax(lower_edge, axis=1) + side
     cycle = np.take_along_axis(quads, (start[:, None] + np.arange(4)) % 4, axis=1)
     return np.concatenate([cycle[:, [0, 1, 2]], cycle[:, [0, 2, 3]]])

@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike
 from fem_reference import ActuatorGeometry, CellState, DoubleHelix, Load, Ogden, PeriodCell, Thread, follow
 from fem_reference.cell_equations import CellEquations
 from fem_reference.configuration import Configuration
-from fem_reference.mesh import MeshLevel
 from fem_reference.screw import screw_series
+from fem_reference.section import MeshLevel
 
 # The fewest elements that keep the structure: every wall one element thick.
 TINY = MeshLevel(2, 4, 2, 2, 1, 1, 1, 0.75)

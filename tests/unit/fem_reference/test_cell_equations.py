@@ -9,8 +9,8 @@ import scipy.sparse as sparse
 from fem_reference import ActuatorGeometry, DoubleHelix, Ogden, Thread
 from fem_reference.cell_equations import CellEquations
 from fem_reference.configuration import Step
-from fem_reference.mesh import MeshLevel
 from fem_reference.screw import screw_series
+from fem_reference.section import MeshLevel
 from tests.fem_fixtures import (
     asymmetry,
     bent_configuration,

@@ -6,7 +6,8 @@ import skfem
 
 from fem_reference import ActuatorGeometry
 from fem_reference.chamber import Chamber
-from fem_reference.mesh import CHAMBERS, MeshLevel, body_mesh
+from fem_reference.mesh import body_mesh
+from fem_reference.section import CHAMBERS, MeshLevel
 from tests.fem_fixtures import (
     TINY,
     TURN,

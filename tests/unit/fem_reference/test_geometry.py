@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fem_reference import ActuatorGeometry, Load, PeriodCell
-from fem_reference.mesh import LEVELS, mesh_level
+from fem_reference.section import LEVELS, mesh_level
 
 NAMES = (
     "body_diameter",

@@ -6,7 +6,8 @@ import skfem
 
 from fem_reference import ActuatorGeometry
 from fem_reference.helical import HelicalMap
-from fem_reference.mesh import BOTTOM, CAVITY, CHAMBERS, OUTER, TOP, MeshLevel, body_mesh
+from fem_reference.mesh import BOTTOM, TOP, body_mesh
+from fem_reference.section import CAVITY, CHAMBERS, OUTER, MeshLevel
 from tests.fem_fixtures import TINY
 
 LENGTH = 3.0

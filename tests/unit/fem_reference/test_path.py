@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fem_reference import CellError, Load, PeriodCell, follow, newton
+from fem_reference.cell_problem import CellProblem, CellTarget
 from fem_reference.linear_solver import SuperLuSolver
 from tests.fem_fixtures import TINY, load_of, relative_error
 
@@ -122,6 +123,6 @@ def test_a_cell_that_has_no_rest_state_says_so_without_one(monkeypatch):
 def test_a_step_that_puts_the_cavity_inside_the_rod_is_refused(small_cell):
     """Rest positions with a curvature of 20 1/m: the rod's surface moves by 0.1 mm, through its barrier."""
     equations = small_cell.equations
-    target = newton.Target(np.zeros(3), curvature=np.array([0.0, 0.02, 0.0]))
+    target = CellTarget(np.zeros(3), curvature=np.array([0.0, 0.02, 0.0]))
     with pytest.raises(newton.NewtonError):
-        newton.solve_equilibrium(equations, SuperLuSolver(), target, equations.rest())
+        newton.solve_equilibrium(CellProblem(equations), SuperLuSolver(), target, equations.rest())

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fem_reference import DoubleHelix, Thread
+from fem_reference import DoubleHelix, NoWinding, Ring, Thread
 from fem_reference.thread import ThreadSegments
 from tests.fem_fixtures import (
     TINY,
@@ -64,6 +64,35 @@ def test_a_turned_winding_starts_at_its_orientation(equations):
     starts = [turned.points(equations.mesh.p.T)[line[0]] for line in turned.polylines]
     for start in starts:
         np.testing.assert_allclose(start[:2], RADIUS * np.array([np.cos(0.4), np.sin(0.4)]), atol=2e-9)
+
+
+def test_a_ring_is_a_closed_chain(equations):
+    """Its last point moves with the first, and pushed outwards it is stretched alike all round."""
+    length = equations.period * 1e-3
+    ring = ThreadSegments(equations.mesh, Ring(length), Thread(), RADIUS * 1e-3, length, 18)
+    (line,) = ring.polylines
+    assert len(ring) == 18
+    np.testing.assert_array_equal(ring.segments, np.column_stack([line[:-1], line[1:]]))
+    moved = deformed(equations.mesh.p / 6.0) * 6.0
+    np.testing.assert_array_equal(ring.points(moved)[line[0]], ring.points(moved)[line[-1]])
+    assert ring.rest_length.sum() == pytest.approx(18 * 2.0 * RADIUS * np.sin(np.pi / 18), rel=1e-9)
+    np.testing.assert_allclose(
+        ring.tension(equations.mesh.p.T * [1.01, 1.01, 0.9]), 0.01 * Thread().axial_stiffness, rtol=1e-9
+    )
+
+
+def test_without_winding_there_are_no_segments(equations, rest):
+    none = ThreadSegments(equations.mesh, NoWinding(), Thread(), RADIUS * 1e-3, PITCH * 1e-3, 18)
+    assert len(none) == 0
+    assert none.energy(rest) == 0.0
+    assert [part.shape for part in none.response(rest)] == [(0, 48), (0, 48, 48), (0, 48)]
+    assert none.points(rest).shape == (0, 3)
+    assert none.segments.shape == (0, 2)
+
+
+def test_threads_that_overlap_are_refused(equations):
+    with pytest.raises(ValueError, match=r"^pitch: got 0\.15 mm, expected more than 0\.1778 mm"):
+        ThreadSegments(equations.mesh, DoubleHelix(pitch=0.15e-3), Thread(), RADIUS * 1e-3, PITCH * 1e-3, 18)
 
 
 def test_a_uniform_stretch_of_the_host_stretches_every_segment_alike(thread, rest):
@@ -146,11 +175,8 @@ def test_a_given_tension_enters_the_tangent_alone(thread, x):
         (lambda: Thread(young_modulus=0.0), "young_modulus: got 0.0"),
         (lambda: Thread(young_modulus=np.inf), "young_modulus: got inf"),
         (lambda: Thread(radius=-1e-4), "radius: got -0.0001"),
-        (lambda: DoubleHelix(psi=np.nan), "psi: got nan"),
-        (lambda: DoubleHelix(pitch=0.0), "pitch: got 0.0"),
-        (lambda: DoubleHelix(pitch=np.nan), "pitch: got nan"),
     ],
 )
-def test_impossible_windings_are_refused_by_name(make, named):
+def test_impossible_threads_are_refused_by_name(make, named):
     with pytest.raises(ValueError, match=named):
         make()

@@ -1,0 +1,228 @@
+"""The full actuator: body, cap, rod, winding and closed chambers under pressures, tip loads and gravity.
+
+This is the package's SI face: millimetres, megapascals and newtons stay inside.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+
+from fem_reference.actuator_equations import ActuatorEquations, ActuatorModel, Deformation
+from fem_reference.actuator_load import ActuatorLoad, ActuatorTarget
+from fem_reference.actuator_problem import ActuatorProblem
+from fem_reference.actuator_shape import AxisShape, axis_shape, bending
+from fem_reference.geometry import ActuatorGeometry
+from fem_reference.linear_solver import SymmetricSolver, default_solver
+from fem_reference.material import Ogden
+from fem_reference.newton import Equilibrium, NewtonError, solve_equilibrium
+from fem_reference.path import PathError, PathFollower
+from fem_reference.section import MeshLevel, mesh_level
+from fem_reference.winding import DoubleHelix, Thread, Winding
+
+#: Density of silicone [kg/m³].
+DENSITY = 1070.0
+#: Where the cavity may be bonded to the rod.
+BONDS = ("cap", "tip", "all")
+_MM = 1e3
+_MPA = 1e6
+# Length of the first step of a path, in the target's measure: about 2 kPa.
+_FIRST_STEP = 2.0
+
+
+@dataclass(frozen=True)
+class ActuatorState:
+    """Equilibrium of the actuator. SI units, world frame: base at the origin, +z along the rod at rest.
+
+    Parameters
+    ----------
+    load : what it is under.
+    tip_position : centre of the cap's outer face [m]; tip_rotation : of that face from rest.
+    bending_angle : θ, angle of the face's normal from +z, continued past 180° along the axis [rad].
+    bending_plane : γ in [0, 2π) [rad]; 0 where chamber 1 alone would bend it. Zero for a straight axis.
+    chamber_volume : of each chamber [m³].
+    base_force, base_moment : reaction at the clamped base, about the origin [N, N m].
+    shape : of the rod's axis.
+    strain_energy : of all parts [J].
+    rod_pressure : largest contact pressure on the rod [Pa].
+    thread_tension : largest tension of the thread [N]; zero without one.
+    wall_distance : smallest distance between chamber walls that are about to touch [m]; infinite elsewhere.
+    iterations : of Newton's method since the state before.
+    residual : largest nodal force left [N].
+    stable : whether it is a minimum of its energy; None where that is not known.
+    deformation : unknowns, to start from or to draw.
+    """
+
+    load: ActuatorLoad
+    tip_position: Float[np.ndarray, "3"]
+    tip_rotation: Float[np.ndarray, "3 3"]
+    bending_angle: float
+    bending_plane: float
+    chamber_volume: Float[np.ndarray, "3"]
+    base_force: Float[np.ndarray, "3"]
+    base_moment: Float[np.ndarray, "3"]
+    shape: AxisShape
+    strain_energy: float
+    rod_pressure: float
+    thread_tension: float
+    wall_distance: float
+    iterations: int
+    residual: float
+    stable: bool | None
+    deformation: Deformation = field(repr=False)
+    converged: bool = True
+
+
+class ActuatorError(ArithmeticError):
+    """The actuator's solver did not get to the load.
+
+    Parameters
+    ----------
+    message : why.
+    last_good : last converged state on the way, or None.
+    """
+
+    def __init__(self, message: str, last_good: ActuatorState | None) -> None:
+        super().__init__(message)
+        self.last_good = last_good
+
+
+class Actuator:
+    """The whole actuator, clamped at its base.
+
+    Parameters
+    ----------
+    geometry, material, winding, thread : by default the paper's.
+    level : ``coarse``, ``medium``, ``paper``, or element counts of your own.
+    density : of silicone and rod, for gravity [kg/m³].
+    bonded : where the cavity is bonded to the rod: in the ``cap``, as in the paper; at the ``tip``, its outer
+        face, only; or ``all`` along. Elsewhere it slides without friction and may leave the rod.
+    solver : linear solver; by default MKL PARDISO where it is installed.
+
+    Raises
+    ------
+    ValueError
+        For an unknown mesh level or bond, a density that is not positive, and impossible geometry.
+    """
+
+    def __init__(
+        self,
+        geometry: ActuatorGeometry | None = None,
+        winding: Winding | None = None,
+        level: str | MeshLevel = "coarse",
+        material: Ogden | None = None,
+        thread: Thread | None = None,
+        density: float = DENSITY,
+        bonded: str = "cap",
+        solver: SymmetricSolver | None = None,
+    ) -> None:
+        if not (np.isfinite(density) and density > 0.0):
+            raise ValueError(f"density: got {density!r}, expected a positive finite number [kg/m³]")
+        if bonded not in BONDS:
+            raise ValueError(f"bonded: got {bonded!r}, expected one of {', '.join(BONDS)}")
+        self.model = ActuatorModel(
+            geometry=geometry or ActuatorGeometry(),
+            material=material or Ogden(),
+            winding=winding or DoubleHelix(),
+            thread=thread or Thread(),
+            level=level if isinstance(level, MeshLevel) else mesh_level(level),
+            density=density,
+            bonded=bonded,
+        )
+        self.equations = ActuatorEquations(self.model)
+        self._problem = ActuatorProblem(self.equations)
+        self._solver = solver or default_solver()
+
+    @property
+    def elements(self) -> int:
+        """Number of hexahedra."""
+        return len(self.equations.solid)
+
+    @property
+    def unknowns(self) -> int:
+        """Number of unknowns of the linear system."""
+        return self.equations.size
+
+    def solve(self, load: ActuatorLoad, start: ActuatorState | None = None) -> ActuatorState:
+        """Equilibrium under ``load``, reached by continuation from rest or from ``start``.
+
+        Raises
+        ------
+        ActuatorError
+            When the load is not reached; it carries the last good state.
+        """
+        return next(iter(self.follow([load], start)))
+
+    def follow(
+        self, loads: Iterable[ActuatorLoad], start: ActuatorState | None = None
+    ) -> Iterator[ActuatorState]:
+        """Follow a path of loads by continuation and yield the state at each.
+
+        Raises
+        ------
+        ActuatorError
+            When a load is not reached; the states before have been yielded.
+        """
+        state = start
+        try:
+            target = (ActuatorLoad() if start is None else start.load).target()
+            at = self.equations.rest() if start is None else start.deformation
+            here = solve_equilibrium(self._problem, self._solver, target, at)
+            follower = PathFollower(self._problem, self._solver, here, target, _FIRST_STEP)
+            for load in loads:
+                before = follower.iterations
+                found = follower.follow(load.target())
+                state = self._state(load, load.target(), found, follower.iterations - before)
+                yield state
+        except NewtonError as error:
+            raise ActuatorError(f"the actuator did not converge at the start: {error}", state) from error
+        except PathError as error:
+            last = self._state(_load_of(error.target), error.target, error.last, 0)
+            raise ActuatorError(f"the actuator did not converge: {error}", last) from error
+
+    def _state(
+        self, load: ActuatorLoad, target: ActuatorTarget, found: Equilibrium, iterations: int
+    ) -> ActuatorState:
+        equations, deformation = self.equations, found.configuration
+        x = deformation.positions
+        frame = equations.tip.frame(x)
+        shape = axis_shape(equations, x)
+        tangents = np.concatenate([shape.rotations[:, :, 2], frame.rotation[None, :, 2]])
+        body = np.searchsorted(shape.arc_length, equations.body_length / _MM - 1e-9)
+        angle, plane = bending(tangents, shape.positions[body])
+        reaction = equations.reaction(found.linear, target)
+        tension = equations.thread.tension(x)
+        return ActuatorState(
+            load=load,
+            tip_position=frame.position / _MM,
+            tip_rotation=frame.rotation,
+            bending_angle=angle,
+            bending_plane=plane,
+            chamber_volume=equations.volumes(deformation) / _MM**3,
+            base_force=reaction.sum(axis=0),
+            base_moment=np.cross(x, reaction).sum(axis=0) / _MM,
+            shape=shape,
+            strain_energy=equations.strain_energy(deformation) / _MM,
+            rod_pressure=float(equations.contact.pressure(x)[~equations.contact.bonded].max()) * _MPA,
+            thread_tension=float(tension.max(initial=0.0)),
+            wall_distance=equations.walls.minimum_distance(x) / _MM,
+            iterations=iterations,
+            residual=found.residual,
+            stable=None if found.excess_negative is None else found.excess_negative == 0,
+            deformation=deformation,
+        )
+
+
+def _load_of(target: ActuatorTarget) -> ActuatorLoad:
+    def triple(vector: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
+        first, second, third = (float(value) for value in vector)
+        return first, second, third
+
+    return ActuatorLoad(
+        triple(target.pressure * _MPA),
+        triple(target.tip_force),
+        triple(target.tip_moment / _MM),
+        triple(target.gravity / _MM),
+        target.follower,
+    )

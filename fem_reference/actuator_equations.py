@@ -1,0 +1,337 @@
+"""Equilibrium of the full actuator: residual and stiffness in the nodes and the rod's control points.
+
+Total energy (N, mm, MPa), to which a follower load adds a force without one:
+
+    E(x, P, p) = solid + thread + rod's curve + cavity on rod + walls − Σ_k p_k V_k − loads' work.
+
+Positions of all mesh nodes come first, then the control points P of the rod's curve. The base, z = 0, is
+clamped: its nodes, the rod's end and the rod's direction there. The cap's cavity is bonded to the rod.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sparse
+import skfem
+from jaxtyping import Bool, Float, Int
+
+from fem_reference.actuator_load import ActuatorTarget
+from fem_reference.assembly import SparsePattern
+from fem_reference.axis_contact import AxisContact
+from fem_reference.cell_equations import ROD_YOUNG_MODULUS
+from fem_reference.chamber import Chamber
+from fem_reference.geometry import ActuatorGeometry
+from fem_reference.material import Ogden
+from fem_reference.mesh import BOTTOM, TOP, actuator_mesh
+from fem_reference.newton import Linearisation
+from fem_reference.rod_axis import RodAxis, SplineBasis
+from fem_reference.section import CAVITY, CHAMBERS, MILLIMETRE, MeshLevel
+from fem_reference.solid import SolidElements
+from fem_reference.thread import ThreadSegments
+from fem_reference.tip_load import TipFace
+from fem_reference.wall_contact import WallContact
+from fem_reference.winding import Thread, Winding
+
+# Length of a span of the rod's curve [mm]: a tenth of the bending radius at 180°.
+_SPAN = 2.0
+# kg/m³ in tonne/mm³, so that an acceleration in mm/s² gives newtons.
+_DENSITY = 1e-12
+
+
+@dataclass(frozen=True)
+class Deformation:
+    """Unknowns of the actuator.
+
+    Parameters
+    ----------
+    positions : of the mesh's nodes, then of the rod's control points [mm].
+    element_pressure, segment_tension, axis_tension : forces of the stiff parts [MPa, N, N], independent while
+        Newton's method iterates.
+    """
+
+    positions: Float[np.ndarray, "points 3"]
+    element_pressure: Float[np.ndarray, " elements"]
+    segment_tension: Float[np.ndarray, " segments"]
+    axis_tension: Float[np.ndarray, " spans"]
+
+
+@dataclass(frozen=True)
+class ActuatorLinearisation(Linearisation):
+    """Residual and stiffness, and what the update of the stiff parts' forces needs.
+
+    Parameters
+    ----------
+    positions : where [mm].
+    force : internal forces less the pressures', at every point, clamped ones too [N].
+    load_columns, load_rows : the tip load's stiffness is their product, to be taken off; None without one.
+    volume_gradient, length_gradient, extension_gradient : of elements, thread segments and the rod's spans.
+    """
+
+    positions: Float[np.ndarray, "points 3"]
+    force: Float[np.ndarray, "points 3"]
+    load_columns: Float[np.ndarray, "q 3"] | None
+    load_rows: Float[np.ndarray, "3 q"] | None
+    volume_gradient: Float[np.ndarray, "elements 24"]
+    length_gradient: Float[np.ndarray, "segments 48"]
+    extension_gradient: Float[np.ndarray, "spans 12"]
+
+
+@dataclass(frozen=True)
+class ActuatorModel:
+    """What the actuator is made of.
+
+    Parameters
+    ----------
+    geometry, material, winding, thread : see there.
+    level : mesh density.
+    density : of silicone and rod [kg/m³].
+    bonded : where the cavity is bonded to the rod: ``cap`` (its whole length), ``tip`` (the outer face only)
+        or ``all``.
+    """
+
+    geometry: ActuatorGeometry
+    material: Ogden
+    winding: Winding
+    thread: Thread
+    level: MeshLevel
+    density: float
+    bonded: str
+
+
+class ActuatorEquations:
+    """Everything that the actuator is made of, on one mesh.
+
+    Parameters
+    ----------
+    model : see there.
+    """
+
+    def __init__(self, model: ActuatorModel) -> None:
+        geometry = model.geometry
+        self.mesh = actuator_mesh(geometry, model.level)
+        self.nodes = self.mesh.p.shape[1]
+        self.solid = SolidElements(self.mesh, model.material)
+        self.thread = ThreadSegments(
+            self.mesh,
+            model.winding,
+            model.thread,
+            geometry.winding_diameter / 2.0,
+            geometry.body_length,
+            model.level.around,
+        )
+        self.chambers = [Chamber(self.mesh, name) for name in CHAMBERS]
+        radius = geometry.cavity_diameter / 2.0 * MILLIMETRE
+        self.body_length = geometry.body_length * MILLIMETRE
+        length = self.body_length + geometry.cap_length * MILLIMETRE
+        self.basis = SplineBasis(length, round(length / _SPAN))
+        density = model.density * _DENSITY
+        self.axis = RodAxis(
+            self.basis, ROD_YOUNG_MODULUS * np.pi * radius**4 / 4.0, density * np.pi * radius**2
+        )
+        self.rest_positions = np.concatenate([self.mesh.p.T, self.axis.rest()])
+        self.walls = WallContact(self.rest_positions, np.concatenate([c.quads for c in self.chambers]))
+        self.contact = self._axis_contact(radius, length, model.bonded)
+        face = np.unique(self.mesh.facets[:, self.mesh.boundaries[TOP]])
+        self.tip = TipFace(face, self._areas(TOP)[face], self.rest_positions)
+        basis = skfem.Basis(self.mesh, skfem.ElementHex1(), intorder=2)
+        silicone = density * skfem.LinearForm(lambda v, _: v).assemble(basis)
+        #: Mass that each point stands for [tonne].
+        self.mass = np.concatenate([silicone, self.axis.mass])
+        self._number = self._numbering()
+        self.free = np.flatnonzero(self._number >= 0)
+        self.size = len(self.free)
+        self._bending = self._bending_entries()
+        self.pattern = SparsePattern(
+            self.size, [self._dofs(c) for c in self._connectivities()], self._bending[:2]
+        )
+
+    def _areas(self, boundary: str) -> Float[np.ndarray, " nodes"]:
+        """Share of a boundary's reference area that belongs to each node [mm²]."""
+        basis = skfem.FacetBasis(self.mesh, skfem.ElementHex1(), facets=boundary)
+        return skfem.LinearForm(lambda v, _: v).assemble(basis)
+
+    def _axis_contact(self, radius: float, length: float, bonded: str) -> AxisContact:
+        nodes = np.unique(self.mesh.facets[:, self.mesh.boundaries[CAVITY]])
+        stations = self.mesh.p[2, nodes]
+        above = {"cap": self.body_length, "tip": length, "all": 0.0}[bonded]
+        return AxisContact(
+            nodes,
+            self._areas(CAVITY)[nodes],
+            stations,
+            stations > above - 1e-6,
+            radius,
+            self.basis,
+            self.nodes,
+        )
+
+    def _numbering(self) -> Int[np.ndarray, " dofs"]:
+        """Number of each degree of freedom among the free ones, −1 where it is clamped."""
+        clamped = np.zeros((len(self.rest_positions), 3), dtype=bool)
+        clamped[np.unique(self.mesh.facets[:, self.mesh.boundaries[BOTTOM]])] = True
+        clamped[self.nodes] = True
+        # The second control point gives the curve its direction at the base.
+        clamped[self.nodes + 1, :2] = True
+        free = ~clamped.ravel()
+        return np.where(free, np.cumsum(free) - 1, -1)
+
+    @property
+    def clamped(self) -> Bool[np.ndarray, "points 3"]:
+        """Which components of which points are held."""
+        return (self._number < 0).reshape(-1, 3)
+
+    def _dofs(self, connectivity: Int[np.ndarray, "blocks points"]) -> Int[np.ndarray, "blocks dofs"]:
+        full = (3 * connectivity[:, :, None] + np.arange(3)).reshape(len(connectivity), -1)
+        return self._number[full]
+
+    def _connectivities(self) -> list[np.ndarray]:
+        return [
+            self.solid.connectivity,
+            self.thread.connectivity,
+            *(c.triangles for c in self.chambers),
+            self.nodes + self.axis.connectivity,
+            self.contact.connectivity,
+        ]
+
+    def _bending_entries(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The rod's bending stiffness as entries of the upper triangle."""
+        a, b = np.nonzero(self.axis.bending)
+        rows, columns = (self._number[(3 * (self.nodes + i)[:, None] + np.arange(3)).ravel()] for i in (a, b))
+        keep = (rows >= 0) & (rows <= columns)
+        return rows[keep], columns[keep], np.repeat(self.axis.bending[a, b], 3)[keep]
+
+    def rest(self) -> Deformation:
+        """The unloaded actuator."""
+        return Deformation(
+            positions=self.rest_positions.copy(),
+            element_pressure=np.zeros(len(self.solid)),
+            segment_tension=np.zeros(len(self.thread)),
+            axis_tension=np.zeros(self.basis.spans),
+        )
+
+    def strain_energy(self, at: Deformation) -> float:
+        """Energy of all parts, without pressures and loads [N mm]."""
+        x = at.positions
+        return (
+            self.solid.energy(x)
+            + self.thread.energy(x)
+            + self.axis.energy(x[self.nodes :])
+            + self.contact.energy(x)
+            + self.walls.energy(x)
+        )
+
+    def volumes(self, at: Deformation) -> Float[np.ndarray, "3"]:
+        """Volume of each chamber [mm³]."""
+        return np.array([chamber.volume(at.positions) for chamber in self.chambers])
+
+    def linearise(
+        self, at: Deformation, target: ActuatorTarget, exact: bool = False
+    ) -> ActuatorLinearisation:
+        """Residual and stiffness.
+
+        Parameters
+        ----------
+        at : unknowns; target : pressures and loads.
+        exact : take the stiff parts' forces from the deformation, so that the matrix is the Hessian of the
+            energy even away from equilibrium.
+        """
+        x = at.positions
+        controls = x[self.nodes :]
+        solid = self.solid.response(x, None if exact else at.element_pressure)
+        thread = self.thread.response(x, None if exact else at.segment_tension)
+        axis = self.axis.response(controls, self.axis.tension(controls) if exact else at.axis_tension)
+        walls = self.walls.response(x)
+        parts = [solid[:2], thread[:2]]
+        for p, chamber in zip(target.pressure, self.chambers, strict=True):
+            parts.append((-p * chamber.gradient(x), -p * chamber.hessian(x)))
+        parts += [axis[:2], self.contact.response(x)]
+
+        force = np.zeros_like(x)
+        force[self.nodes :] = self.axis.bending @ controls
+        if walls is not None:
+            force += walls[0]
+            wall_entries = self._wall_entries(walls[1])
+            self.pattern.extend(*wall_entries[:2])
+        data = np.zeros(len(self.pattern))
+        if walls is not None:
+            self.pattern.add_entries(data, *wall_entries)
+        for group, (points, (local_force, local_stiffness)) in enumerate(
+            zip(self._connectivities(), parts, strict=True)
+        ):
+            force += scatter(points, local_force, len(x))
+            self.pattern.add_group(data, group, local_stiffness)
+        self.pattern.add_entries(data, *self._bending)
+
+        load, columns, rows = self._load(x, target)
+        return ActuatorLinearisation(
+            residual=(force - load).ravel()[self.free],
+            data=data,
+            walls_touch=walls is not None,
+            positions=x,
+            force=force,
+            load_columns=columns,
+            load_rows=rows,
+            volume_gradient=solid[2],
+            length_gradient=thread[2],
+            extension_gradient=axis[2],
+        )
+
+    def reaction(
+        self, linear: ActuatorLinearisation, target: ActuatorTarget
+    ) -> Float[np.ndarray, "points 3"]:
+        """Force of the clamp on every point [N]; zero where nothing is clamped."""
+        load, *_ = self._load(linear.positions, target)
+        return np.where(self.clamped, linear.force - load, 0.0)
+
+    def _wall_entries(self, hessian: sparse.csr_matrix) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        full = hessian.tocoo()
+        rows, columns = self._number[full.row], self._number[full.col]
+        keep = (rows >= 0) & (rows <= columns)
+        return rows[keep], columns[keep], full.data[keep]
+
+    def _load(
+        self, x: Float[np.ndarray, "points 3"], target: ActuatorTarget
+    ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray | None]:
+        """Weight and tip load at every point [N], and the tip load's own stiffness."""
+        load = self.mass[:, None] * target.gravity
+        if not (target.tip_force.any() or target.tip_moment.any()):
+            return load, None, None
+        frame = self.tip.frame(x)
+        turn = frame.rotation if target.follower else np.eye(3)
+        resultant = (turn @ target.tip_force, turn @ target.tip_moment)
+        load[self.tip.nodes] += self.tip.forces(frame, *resultant)
+        columns, rows = np.zeros((*x.shape, 3)), np.zeros((3, *x.shape))
+        columns[self.tip.nodes] = self.tip.stiffness_columns(frame, *resultant, target.follower)
+        rows[:, self.tip.nodes] = self.tip.rotation_rows(frame)
+        return load, columns.reshape(-1, 3)[self.free], rows.reshape(3, -1)[:, self.free]
+
+    def advance(
+        self,
+        at: Deformation,
+        step: Float[np.ndarray, "points 3"],
+        fraction: float,
+        linear: ActuatorLinearisation,
+    ) -> Deformation:
+        """Take a fraction of a Newton step, with the condensed forces of the stiff parts."""
+        x, solid, thread, axis = linear.positions, self.solid, self.thread, self.axis
+        dilation = _contract(linear.volume_gradient, step[solid.connectivity])
+        stretch = _contract(linear.length_gradient, step[thread.connectivity])
+        extension = _contract(linear.extension_gradient, step[self.nodes + axis.connectivity])
+        pressure = solid.bulk_modulus * (solid.dilatation(x) - 1.0 + dilation / solid.volume)
+        tension = thread.tension(x) + thread.axial_stiffness * stretch / thread.rest_length
+        axial = axis.tension(x[self.nodes :]) + axis.axial_stiffness / self.basis.span * extension
+        return Deformation(
+            positions=at.positions + fraction * step,
+            element_pressure=at.element_pressure + fraction * (pressure - at.element_pressure),
+            segment_tension=at.segment_tension + fraction * (tension - at.segment_tension),
+            axis_tension=at.axis_tension + fraction * (axial - at.axis_tension),
+        )
+
+
+def _contract(gradient: np.ndarray, local: np.ndarray) -> np.ndarray:
+    return np.einsum("ba,ba->b", gradient, local.reshape(len(gradient), gradient.shape[1]))
+
+
+def scatter(points: np.ndarray, local: np.ndarray, count: int) -> Float[np.ndarray, "points 3"]:
+    """Sum local nodal vectors into an array over all points."""
+    dofs = (3 * points[:, :, None] + np.arange(3)).ravel()
+    return np.bincount(dofs, weights=local.ravel(), minlength=3 * count).reshape(count, 3)

@@ -1,0 +1,119 @@
+"""The full actuator as a problem for Newton's method: its steps, and what blocks them."""
+
+import numpy as np
+from jaxtyping import Float
+
+from fem_reference.actuator_equations import ActuatorEquations, ActuatorLinearisation, Deformation
+from fem_reference.actuator_load import ActuatorTarget
+from fem_reference.linear_solver import SymmetricSolver
+from fem_reference.newton import NewtonError, Problem
+from fem_reference.rod_frame import RodFrame
+
+_WALL_MARGIN = 0.9
+# Largest displacement of a node in one step [mm].
+_MAX_MOVE = 6.0
+
+
+class ActuatorStep:
+    """Displacement of every point [mm], zero where clamped."""
+
+    def __init__(self, positions: Float[np.ndarray, "points 3"]) -> None:
+        self.positions = positions
+
+
+class ActuatorProblem(Problem):
+    """Equilibria of the actuator.
+
+    Parameters
+    ----------
+    equations : of the actuator.
+    """
+
+    constraints = 0
+
+    def __init__(self, equations: ActuatorEquations) -> None:
+        self.equations = equations
+        self.pattern = equations.pattern
+        self._frame = RodFrame(equations.basis, equations.mesh.p[2])
+
+    def begin(self, start: Deformation, target: ActuatorTarget) -> Deformation:
+        """The start, which must keep the cavity's wall outside the rod."""
+        if not self.equations.contact.admissible(start.positions):
+            raise NewtonError("the start has the cavity's wall inside the rod")
+        return start
+
+    def linearise(self, at: Deformation, target: ActuatorTarget) -> ActuatorLinearisation:
+        """See `ActuatorEquations.linearise`."""
+        return self.equations.linearise(at, target)
+
+    def imbalance(self, linear: ActuatorLinearisation, target: ActuatorTarget) -> float:
+        """None: every unknown is in the sparse system."""
+        return 0.0
+
+    def newton_step(
+        self, solver: SymmetricSolver, linear: ActuatorLinearisation, target: ActuatorTarget
+    ) -> ActuatorStep:
+        """Step with the tip load's own stiffness, by the Woodbury formula."""
+        if linear.load_columns is None:
+            free = solver.solve(-linear.residual[:, None])[:, 0]
+        else:
+            solution = solver.solve(np.column_stack([-linear.residual, linear.load_columns]))
+            rows = linear.load_rows
+            turn = np.linalg.solve(np.eye(3) - rows @ solution[:, 1:], rows @ solution[:, 0])
+            free = solution[:, 0] + solution[:, 1:] @ turn
+        positions = np.zeros_like(linear.positions)
+        positions.ravel()[self.equations.free] = free
+        return ActuatorStep(positions)
+
+    def size(self, step: ActuatorStep, linear: ActuatorLinearisation) -> float:
+        """Root-mean-square displacement in a step [mm]."""
+        return float(np.sqrt(np.mean(step.positions**2)))
+
+    def is_small(self, step: ActuatorStep) -> bool:
+        """Whether unknowns other than positions are small: there are none."""
+        return True
+
+    def longest(self, step: ActuatorStep) -> float:
+        """Share of a step that moves no point farther than a linearisation stands for."""
+        move = float(np.abs(step.positions).max())
+        return min(1.0, _MAX_MOVE / move) if move > 0.0 else 1.0
+
+    def advance(
+        self, at: Deformation, step: ActuatorStep, fraction: float, linear: ActuatorLinearisation
+    ) -> Deformation:
+        """See `ActuatorEquations.advance`."""
+        return self.equations.advance(at, step.positions, fraction, linear)
+
+    def allowed(self, linear: ActuatorLinearisation, trial: Deformation) -> float:
+        """Share of a trial step before walls meet; half, where the rod or an element blocks it."""
+        equations = self.equations
+        limit = equations.walls.step_limit(linear.positions, trial.positions)
+        if limit < 1.0:
+            return _WALL_MARGIN * limit
+        good = (
+            equations.contact.admissible(trial.positions)
+            and equations.solid.dilatation(trial.positions).min() > 0.1
+        )
+        return 1.0 if good else 0.5
+
+    def mean(self, states: list[Deformation], weights: list[float]) -> Deformation:
+        """Weighted mean, taken in the frame of the rod."""
+
+        def mixed(name: str) -> np.ndarray:
+            return sum(w * getattr(state, name) for w, state in zip(weights, states, strict=True))
+
+        positions = self._frame.mean([state.positions for state in states], weights)
+        held = self.equations.clamped
+        positions[held] = self.equations.rest_positions[held]
+        return Deformation(
+            positions, mixed("element_pressure"), mixed("segment_tension"), mixed("axis_tension")
+        )
+
+    def may_start(self, at: Deformation, guess: Deformation) -> bool:
+        """Whether an extrapolated deformation is one that Newton's method can start from."""
+        equations = self.equations
+        return (
+            equations.contact.admissible(guess.positions)
+            and equations.solid.dilatation(guess.positions).min() > 0.5
+            and equations.walls.step_limit(at.positions, guess.positions) >= 1.0
+        )

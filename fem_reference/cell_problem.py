@@ -1,0 +1,150 @@
+"""The period cell as a problem for Newton's method: its loads, its steps in nodes and u, what blocks them."""
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from fem_reference.cell_equations import GAUGES, CellEquations
+from fem_reference.configuration import CellLinearisation, Configuration, Step
+from fem_reference.linear_solver import SymmetricSolver
+from fem_reference.newton import NewtonError, Problem
+from fem_reference.screw import screw_series
+
+# Largest turn of the top face in one step [rad].
+_MAX_TURN = 0.05
+_WALL_MARGIN = 0.9
+# Change of u that counts as the contact's noise [1/mm]: 1e-4 1/m.
+_CONTACT_CURVATURE_STEP = 1e-7
+
+
+@dataclass(frozen=True)
+class CellTarget:
+    """What the cell is asked for.
+
+    Parameters
+    ----------
+    pressure : of the chambers [MPa].
+    moment : external moment [N mm], in free bending.
+    curvature : imposed u [1/mm]; exactly one of the two is given.
+    """
+
+    pressure: Float[np.ndarray, "3"]
+    moment: Float[np.ndarray, "3"] | None = None
+    curvature: Float[np.ndarray, "3"] | None = None
+
+    def between(self, other: "CellTarget", fraction: float) -> "CellTarget":
+        """The target a fraction of the way from this one to ``other``, which is of the same mode."""
+
+        def mix(a: np.ndarray | None, b: np.ndarray | None) -> np.ndarray | None:
+            return None if a is None or b is None else a + fraction * (b - a)
+
+        pressure = self.pressure + fraction * (other.pressure - self.pressure)
+        return CellTarget(pressure, mix(self.moment, other.moment), mix(self.curvature, other.curvature))
+
+    def to(self, other: "CellTarget") -> Float[np.ndarray, " loads"]:
+        """Change of load, in units that strain the cell about alike: 1 kPa, 0.05 N mm and 1 1/m."""
+        parts = [(other.pressure - self.pressure) / 1e-3]
+        if self.moment is not None and other.moment is not None:
+            parts.append((other.moment - self.moment) / 0.05)
+        if self.curvature is not None and other.curvature is not None:
+            parts.append((other.curvature - self.curvature) / 1e-3)
+        return np.concatenate(parts)
+
+
+class CellProblem(Problem):
+    """Equilibria of one period.
+
+    Parameters
+    ----------
+    equations : of the cell.
+    """
+
+    constraints = GAUGES
+
+    def __init__(self, equations: CellEquations) -> None:
+        self.equations = equations
+        self.pattern = equations.pattern
+
+    def begin(self, start: Configuration, target: CellTarget) -> Configuration:
+        """The start with the imposed curvature, if there is one."""
+        equations = self.equations
+        at = start if target.curvature is None else replace(start, curvature=target.curvature)
+        series = screw_series(at.curvature, equations.reach)
+        if not equations.rod.admissible(equations.all_positions(at), series):
+            raise NewtonError("the start has the cavity's wall inside the rod")
+        return at
+
+    def linearise(self, at: Configuration, target: CellTarget) -> CellLinearisation:
+        """See `CellEquations.linearise`."""
+        return self.equations.linearise(at, target.pressure)
+
+    def imbalance(self, linear: CellLinearisation, target: CellTarget) -> float:
+        """Moment that the section lacks [N mm], in free bending."""
+        if target.moment is None:
+            return 0.0
+        return float(np.abs(linear.curvature_residual / self.equations.period - target.moment).max())
+
+    def newton_step(self, solver: SymmetricSolver, linear: CellLinearisation, target: CellTarget) -> Step:
+        """Step of nodes, multipliers and, in free bending, of u by its Schur complement."""
+        if target.moment is None:
+            dq, du = solver.solve(-linear.residual[:, None])[:, 0], np.zeros(3)
+        else:
+            moment_residual = linear.curvature_residual - self.equations.period * target.moment
+            solution = solver.solve(np.column_stack([-linear.residual, linear.node_curvature]))
+            schur = linear.curvature_curvature - linear.node_curvature.T @ solution[:, 1:]
+            du = np.linalg.solve(schur, -moment_residual - linear.node_curvature.T @ solution[:, 0])
+            dq = solution[:, 0] - solution[:, 1:] @ du
+        return Step(dq[:-GAUGES].reshape(-1, 3), du, dq[-GAUGES:])
+
+    def size(self, step: Step, linear: CellLinearisation) -> float:
+        """Root-mean-square displacement of the nodes in a step [mm], the turn of the top face included."""
+        return float(np.sqrt(np.mean(linear.frame.motion(step.positions, step.curvature) ** 2)))
+
+    def is_small(self, step: Step) -> bool:
+        """Whether u moves by no more than the contact's noise may move it."""
+        return float(np.abs(step.curvature).max()) <= _CONTACT_CURVATURE_STEP
+
+    def longest(self, step: Step) -> float:
+        """Share of a step that turns the top face by an angle that a linearisation stands for."""
+        turn = float(np.linalg.norm(step.curvature)) * self.equations.period
+        return min(1.0, _MAX_TURN / turn) if turn > 0.0 else 1.0
+
+    def advance(
+        self, at: Configuration, step: Step, fraction: float, linear: CellLinearisation
+    ) -> Configuration:
+        """See `CellEquations.advance`."""
+        return self.equations.advance(at, step, fraction, linear)
+
+    def allowed(self, linear: CellLinearisation, trial: Configuration) -> float:
+        """Share of a trial step before walls meet; half, where the rod or an element blocks it."""
+        equations = self.equations
+        x = equations.all_positions(trial)
+        limit = equations.walls.step_limit(linear.frame.positions, x)
+        if limit < 1.0:
+            return _WALL_MARGIN * limit
+        series = screw_series(trial.curvature, equations.reach)
+        good = equations.rod.admissible(x, series) and equations.solid.dilatation(x).min() > 0.1
+        return 1.0 if good else 0.5
+
+    def mean(self, states: list[Configuration], weights: list[float]) -> Configuration:
+        """Weighted mean of every unknown."""
+        parts = (
+            sum(w * getattr(state, field.name) for w, state in zip(weights, states, strict=True))
+            for field in fields(Configuration)
+        )
+        return Configuration(*parts)
+
+    def may_start(self, at: Configuration, guess: Configuration) -> bool:
+        """Whether an extrapolated configuration is one that Newton's method can start from."""
+        equations = self.equations
+        try:
+            series = screw_series(guess.curvature, equations.reach)
+        except ValueError:
+            return False
+        x = equations.all_positions(guess)
+        return (
+            equations.rod.admissible(x, series)
+            and equations.solid.dilatation(x).min() > 0.5
+            and equations.walls.step_limit(equations.all_positions(at), x) >= 1.0
+        )

@@ -1,0 +1,69 @@
+"""Deformations of the actuator seen from its rod: what is left when the rod's bending is taken off.
+
+A slender body that bends moves its sections by nearly rigid motions, and a mean of two deformations in space
+strains the thread and the rod by the square of their turn. In the frame of the rod the mean is harmless: it
+is taken of the turns and distances between neighbouring stations of the rod, and of the nodes' coordinates in
+the frames there.
+"""
+
+import numpy as np
+from jaxtyping import Float
+from scipy.spatial.transform import Rotation
+
+from fem_reference.rod_axis import SplineBasis
+
+
+class RodFrame:
+    """Coordinates of all points in frames along the rod.
+
+    Parameters
+    ----------
+    basis : of the rod's curve.
+    stations : reference z of every mesh node [mm].
+    """
+
+    def __init__(self, basis: SplineBasis, stations: Float[np.ndarray, " nodes"]) -> None:
+        self._basis = basis
+        both = np.round(np.concatenate([stations, basis.greville]), 9)
+        levels, index = np.unique(both, return_inverse=True)
+        self._level, self._greville = np.split(index, [len(stations)])
+        self._value, self._slope = basis.values(levels), basis.values(levels, 1)
+        self._fit = np.linalg.inv(basis.values(basis.greville))
+
+    def frames(
+        self, controls: Float[np.ndarray, "controls 3"]
+    ) -> tuple[Float[np.ndarray, "levels 3"], Float[np.ndarray, "levels 3 3"]]:
+        """Points of the curve at all levels, and frames that turn along it without twist."""
+        centre, tangent = self._value @ controls, self._slope @ controls
+        tangent /= np.linalg.norm(tangent, axis=1)[:, None]
+        axis = np.cross(tangent[:-1], tangent[1:])
+        sine = np.linalg.norm(axis, axis=1)
+        angle = np.arctan2(sine, np.einsum("ni,ni->n", tangent[:-1], tangent[1:]))
+        turns = Rotation.from_rotvec(axis * (angle / np.maximum(sine, 1e-300))[:, None]).as_matrix()
+        frames = np.empty((len(centre), 3, 3))
+        frames[0] = np.eye(3)
+        for i, turn in enumerate(turns):
+            frames[i + 1] = turn @ frames[i]
+        return centre, frames
+
+    def mean(
+        self, positions: list[Float[np.ndarray, "points 3"]], weights: list[float]
+    ) -> Float[np.ndarray, "points 3"]:
+        """Weighted mean of deformations, weights adding up to one; negative ones extrapolate."""
+        nodes = len(self._level)
+        turn, distance, local = np.zeros(()), np.zeros(()), np.zeros(())
+        for x, weight in zip(positions, weights, strict=True):
+            centre, frames = self.frames(x[nodes:])
+            between = np.swapaxes(frames[:-1], 1, 2) @ frames[1:]
+            turn = turn + weight * Rotation.from_matrix(between).as_rotvec()
+            distance = distance + weight * np.einsum("nji,nj->ni", frames[:-1], np.diff(centre, axis=0))
+            arms = x[:nodes] - centre[self._level]
+            local = local + weight * np.einsum("nji,nj->ni", frames[self._level], arms)
+        between = Rotation.from_rotvec(turn).as_matrix()
+        frames, centre = np.empty((len(between) + 1, 3, 3)), np.zeros((len(between) + 1, 3))
+        frames[0] = np.eye(3)
+        for i, rotation in enumerate(between):
+            centre[i + 1] = centre[i] + frames[i] @ distance[i]
+            frames[i + 1] = frames[i] @ rotation
+        moved = centre[self._level] + np.einsum("nij,nj->ni", frames[self._level], local)
+        return np.concatenate([moved, self._fit @ centre[self._greville]])

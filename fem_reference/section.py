@@ -1,0 +1,233 @@
+"""The actuator's cross-section in quadrilaterals, by gmsh.
+
+The silicone of the section is cut into 21 four-sided blocks (inner wall, partitions, and the outer wall in
+two layers that meet on the winding's cylinder), each meshed transfinitely. For the cap the three chambers are
+filled too, with unstructured quadrilaterals, as the arcs inside and outside differ in their counts. Lengths
+in this file are millimetres.
+"""
+
+import math
+from dataclasses import dataclass
+
+import gmsh
+import numpy as np
+from jaxtyping import Float, Int
+
+from fem_reference.geometry import ActuatorGeometry
+
+MILLIMETRE = 1e3
+CAVITY, OUTER = "cavity", "outer"
+CHAMBERS = ("chamber1", "chamber2", "chamber3")
+
+
+@dataclass(frozen=True)
+class MeshLevel:
+    """Numbers of elements of the section's blocks, and the element length along z.
+
+    Parameters
+    ----------
+    inner_arc, outer_arc : along a chamber's inner and outer arc.
+    partition_across, partition_along : across a partition's thickness and along its length.
+    inner_wall, outer_wall_inside, outer_wall_outside : through the walls (the outer one inside and outside
+        the winding's cylinder).
+    axial_size : target length of an element along z [mm].
+    """
+
+    inner_arc: int
+    outer_arc: int
+    partition_across: int
+    partition_along: int
+    inner_wall: int
+    outer_wall_inside: int
+    outer_wall_outside: int
+    axial_size: float
+
+    @property
+    def around(self) -> int:
+        """Elements around the outer circumference."""
+        return 3 * (self.outer_arc + self.partition_across)
+
+
+LEVELS = {
+    "coarse": MeshLevel(4, 12, 4, 4, 2, 2, 1, 0.5),
+    "medium": MeshLevel(6, 16, 4, 6, 3, 2, 1, 0.43),
+    # About 0.4 mm everywhere, as in the paper.
+    "paper": MeshLevel(8, 24, 4, 6, 4, 2, 1, 0.375),
+}
+
+
+def mesh_level(name: str) -> MeshLevel:
+    """Return the mesh level of that name, or raise a ValueError that lists them."""
+    if name not in LEVELS:
+        raise ValueError(f"elements: got {name!r}, expected one of {', '.join(LEVELS)}")
+    return LEVELS[name]
+
+
+@dataclass(frozen=True)
+class Section:
+    """Quadrilaterals of the cross-section [mm].
+
+    Parameters
+    ----------
+    points : of all nodes.
+    quads : of the silicone, counter-clockwise.
+    filling : quadrilaterals of each chamber; empty arrays where they were not asked for.
+    edges : nodes of the edges on each boundary: ``cavity``, ``outer``, ``chamber1`` … ``chamber3``.
+    """
+
+    points: Float[np.ndarray, "nodes 2"]
+    quads: Int[np.ndarray, "quads 4"]
+    filling: tuple[Int[np.ndarray, "_ 4"], ...]
+    edges: dict[str, Int[np.ndarray, "_ 2"]]
+
+
+def mesh_section(geometry: ActuatorGeometry, level: MeshLevel, filled: bool = False) -> Section:
+    """Mesh the cross-section.
+
+    Parameters
+    ----------
+    geometry : dimensions of the actuator.
+    level : element counts.
+    filled : fill the chambers too.
+
+    Raises
+    ------
+    ValueError
+        For a filling of chambers with an odd count along a side, which quadrilaterals cannot fill.
+    """
+    for name in ("inner_arc", "outer_arc", "partition_along"):
+        if filled and getattr(level, name) % 2:
+            raise ValueError(
+                f"{name}: got {getattr(level, name)} elements, expected an even number under a cap"
+            )
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("Mesh.Algorithm", 6)
+        gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 2)
+        gmsh.model.add("section")
+        surfaces, filling, curves = _blocks(geometry, level, filled)
+        gmsh.model.geo.synchronize()
+        gmsh.model.mesh.generate(2)
+        return _read(surfaces, filling, curves)
+    finally:
+        gmsh.finalize()
+
+
+def _blocks(
+    geometry: ActuatorGeometry, level: MeshLevel, filled: bool
+) -> tuple[list[int], list[list[int]], dict[str, list[int]]]:
+    """Build the blocks: surfaces of the silicone and of each chamber, and the curves of each boundary."""
+    geo = gmsh.model.geo
+    radii = [
+        geometry.cavity_diameter / 2.0,
+        geometry.chamber_inner_radius,
+        geometry.chamber_outer_radius,
+        geometry.winding_diameter / 2.0,
+        geometry.body_diameter / 2.0,
+    ]
+    radii = [r * MILLIMETRE for r in radii]
+    half_inner = geometry.chamber_half_angle(geometry.chamber_inner_radius)
+    half_outer = geometry.chamber_half_angle(geometry.chamber_outer_radius)
+    half_angles = [half_inner, half_inner, half_outer, half_outer, half_outer]
+    centre = geo.addPoint(0.0, 0.0, 0.0)
+
+    # Corner (ring, k, side): on ring's radius, at the edge of chamber k; side 0 before its centre, 1 after.
+    corner = {}
+    for ring, (radius, half) in enumerate(zip(radii, half_angles, strict=True)):
+        for k in range(3):
+            for side, sign in enumerate((-1.0, 1.0)):
+                azimuth = 2.0 * math.pi / 3.0 * k + sign * half
+                corner[ring, k, side] = geo.addPoint(
+                    radius * math.cos(azimuth), radius * math.sin(azimuth), 0.0
+                )
+
+    def arcs(ring: int, chamber: int, partition: int) -> list[int]:
+        """Arcs around one ring in order: chamber 1, partition 1–2, chamber 2 and so on."""
+        curves = []
+        for k in range(3):
+            for start, end, count in (
+                (corner[ring, k, 0], corner[ring, k, 1], chamber),
+                (corner[ring, k, 1], corner[ring, (k + 1) % 3, 0], partition),
+            ):
+                curve = geo.addCircleArc(start, centre, end)
+                geo.mesh.setTransfiniteCurve(curve, count + 1)
+                curves.append(curve)
+        return curves
+
+    def spokes(ring: int, count: int) -> list[int]:
+        """Straight lines from ring to ring + 1, at the start of each arc of ``arcs``."""
+        curves = []
+        for k in range(3):
+            for side in (0, 1):
+                curve = geo.addLine(corner[ring, k, side], corner[ring + 1, k, side])
+                geo.mesh.setTransfiniteCurve(curve, count + 1)
+                curves.append(curve)
+        return curves
+
+    ring_arcs = [
+        arcs(ring, level.inner_arc if ring < 2 else level.outer_arc, level.partition_across)
+        for ring in range(5)
+    ]
+    ring_spokes = [
+        spokes(0, level.inner_wall),
+        spokes(1, level.partition_along),
+        spokes(2, level.outer_wall_inside),
+        spokes(3, level.outer_wall_outside),
+    ]
+    surfaces = []
+    for ring in range(4):
+        for i in range(6):
+            if ring == 1 and i % 2 == 0:
+                continue
+            surfaces.append(_block(ring_arcs, ring_spokes, ring, i))
+            geo.mesh.setTransfiniteSurface(surfaces[-1])
+    filling = [[_block(ring_arcs, ring_spokes, 1, 2 * k)] if filled else [] for k in range(3)]
+    curves = {CAVITY: ring_arcs[0], OUTER: ring_arcs[4]}
+    for k, name in enumerate(CHAMBERS):
+        sides = ring_spokes[1][2 * k : 2 * k + 2]
+        curves[name] = [ring_arcs[1][2 * k], ring_arcs[2][2 * k], *sides]
+    return surfaces, filling, curves
+
+
+def _block(arcs: list[list[int]], spokes: list[list[int]], ring: int, i: int) -> int:
+    """Surface between two rings and two spokes, to be meshed with quadrilaterals."""
+    geo = gmsh.model.geo
+    loop = [arcs[ring][i], spokes[ring][(i + 1) % 6], -arcs[ring + 1][i], -spokes[ring][i]]
+    surface: int = geo.addPlaneSurface([geo.addCurveLoop(loop)])
+    geo.mesh.setRecombine(2, surface)
+    return surface
+
+
+def _read(surfaces: list[int], filling: list[list[int]], curves: dict[str, list[int]]) -> Section:
+    """Take nodes, quadrilaterals and boundary edges over from gmsh."""
+    types, *_ = gmsh.model.mesh.getElements(dim=2)
+    if list(types) != [3]:
+        raise RuntimeError(f"gmsh made element types {list(types)}; expected quadrilaterals (3) only")
+    quads = [_elements(3, 4, group) for group in (surfaces, *filling)]
+    used = np.unique(np.concatenate(quads))
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    where = np.full(int(tags.max()) + 1, -1)
+    where[used] = np.arange(used.size)
+    points = np.empty((used.size, 2))
+    keep = where[tags.astype(int)] >= 0
+    points[where[tags.astype(int)[keep]]] = coordinates.reshape(-1, 3)[keep, :2]
+    oriented = [_counter_clockwise(where[q], points) for q in quads]
+    edges = {name: where[_elements(1, 2, tags)] for name, tags in curves.items()}
+    return Section(points, oriented[0], tuple(oriented[1:]), edges)
+
+
+def _elements(kind: int, nodes: int, entities: list[int]) -> Int[np.ndarray, "_ _"]:
+    """Node tags of the elements of one type on the given curves or surfaces."""
+    found = [gmsh.model.mesh.getElementsByType(kind, tag)[1].reshape(-1, nodes) for tag in entities]
+    return np.concatenate([np.empty((0, nodes), int), *found]).astype(int)
+
+
+def _counter_clockwise(
+    quads: Int[np.ndarray, "quads 4"], points: Float[np.ndarray, "nodes 2"]
+) -> Int[np.ndarray, "quads 4"]:
+    a, b = points[quads[:, 2]] - points[quads[:, 0]], points[quads[:, 3]] - points[quads[:, 1]]
+    flip = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0] < 0.0
+    quads = quads.copy()
+    quads[flip] = quads[flip][:, ::-1]
+    return quads

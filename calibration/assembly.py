@@ -47,9 +47,8 @@ def calibration_of(
     run : attributes of the dataset.
     provenance : of the fit; those of the run are added.
     """
-    winding = run["winding"]
     return Calibration(
-        layout=Layout(run["layout"], winding["psi"], winding["pitch"]),
+        layout=_layout(run["layout"], run["winding"]),
         actuator=actuator_of(run["geometry"], run["body_area_m2"]),
         section_law=law,
         domain=domain,
@@ -64,3 +63,16 @@ def calibration_of(
             **provenance,
         },
     )
+
+
+def _layout(name: str, winding: Mapping[str, float]) -> Layout:
+    """Layout for the file, which knows orientation and pitch.
+
+    Rings and no winding have no orientation. Rings go by the pitch of the double helix that crosses a line
+    along the rod as often: twice their spacing. No winding goes by the default pitch, and any would do.
+    """
+    if name == "ring":
+        return Layout(name, 0.0, 2.0 * winding["spacing"])
+    if name == "none":
+        return Layout(name, 0.0, 3e-3)
+    return Layout(name, winding["psi"], winding["pitch"])

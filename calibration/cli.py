@@ -43,12 +43,17 @@ def _run(options: argparse.Namespace, command: str) -> int:
     from calibration.dataset import DatasetError, build_dataset, save_dataset
     from calibration.run import RunError, RunPlan, open_run
     from calibration.sweep import CellTracer, SweepError, run_sweep
-    from fem_reference import ActuatorGeometry, DoubleHelix, Ogden, Thread
+    from fem_reference import ActuatorGeometry, Ogden, Thread, layout
     from rodmodel import Domain
 
+    try:
+        winding = layout(options.layout, math.radians(options.psi_deg), 1e-3 * options.pitch_mm)
+        winding.refuse_overlap(Thread())
+    except ValueError as error:
+        raise BadInputError(f"--layout {options.layout}: {error}") from error
     plan = RunPlan(
         geometry=ActuatorGeometry(),
-        winding=DoubleHelix(psi=math.radians(options.psi_deg), pitch=1e-3 * options.pitch_mm),
+        winding=winding,
         level=options.elements,
         domain=Domain(
             tuple(1e3 * p for p in options.pressure_max_kpa),
@@ -208,9 +213,11 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="run | fit | report")
 
     run = commands.add_parser("run", help="sweep loading paths of the cell; takes up a run that was stopped")
-    run.add_argument("--layout", default="double-helix", choices=["double-helix"], help="winding layout")
+    run.add_argument("--layout", default="double-helix", help="winding layout (default: %(default)s)")
     run.add_argument("--psi-deg", type=_number, default=0.0, help="winding orientation [deg]")
-    run.add_argument("--pitch-mm", type=_positive, default=3.0, help="winding pitch [mm]")
+    run.add_argument(
+        "--pitch-mm", type=_positive, default=3.0, help="winding pitch, twice the rings' spacing [mm]"
+    )
     run.add_argument("--elements", default="coarse", choices=["coarse", "medium", "paper"], help="mesh level")
     run.add_argument("--out", required=True, help="directory of the run")
     run.add_argument("--workers", type=_count, default=2, help="processes, one thread each")

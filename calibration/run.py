@@ -6,11 +6,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from calibration.design import LoadingPath, design_paths
 from calibration.provenance import code_version, today
-from fem_reference import ActuatorGeometry, DoubleHelix
+from fem_reference import ActuatorGeometry, Winding
 from rodmodel import Domain
 
 PRESSURE_STEP = 3e3  # [Pa], of a path from a load to the next
@@ -25,7 +23,7 @@ class RunPlan:
     """Actuator, mesh level, domain and design of a run."""
 
     geometry: ActuatorGeometry
-    winding: DoubleHelix
+    winding: Winding
     level: str
     domain: Domain
     paths: int
@@ -33,9 +31,8 @@ class RunPlan:
 
     @property
     def mirror(self) -> bool:
-        """Whether the section is its own mirror image in the plane of chamber 1: ψ a multiple of 90°."""
-        quarters = self.winding.psi / (np.pi / 2)
-        return bool(abs(quarters - round(quarters)) < 1e-9)
+        """Whether the section is its own mirror image in the plane of chamber 1."""
+        return self.winding.mirror_symmetric
 
     def design(self) -> tuple[LoadingPath, ...]:
         """The loading paths, in the order in which to run them."""

@@ -24,7 +24,7 @@ import numpy as np
 
 from calibration.design import LoadingPath
 from calibration.progress import progress_bar
-from fem_reference import ActuatorGeometry, CellError, CellState, DoubleHelix, Load, PeriodCell, follow
+from fem_reference import ActuatorGeometry, CellError, CellState, Load, PeriodCell, Winding, follow
 
 Trace = Callable[[Sequence[Load], CellState | None], Iterator[CellState]]
 
@@ -41,7 +41,7 @@ class CellTracer:
     """Builds a period cell in the process that calls it and returns the continuation along loads on it."""
 
     geometry: ActuatorGeometry
-    winding: DoubleHelix
+    winding: Winding
     level: str
 
     def __call__(self) -> Trace:

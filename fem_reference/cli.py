@@ -12,10 +12,10 @@ from typing import Any, NoReturn
 
 from fem_reference.cell import CellError, CellState, Load, PeriodCell, follow
 from fem_reference.geometry import ActuatorGeometry
-from fem_reference.mesh import LEVELS
 from fem_reference.progress import track
+from fem_reference.section import LEVELS
 from fem_reference.vtk import write_vtk
-from fem_reference.winding import DoubleHelix
+from fem_reference.winding import LAYOUTS, layout
 
 _GOOD, _BAD_INPUT, _NO_CONVERGENCE = 0, 2, 3
 _STEP_KPA = 2.5
@@ -64,9 +64,10 @@ def _parser() -> _Parser:
         "cell", help="one winding period, uniformly bent: angle and volumes of the whole body's length"
     )
     add = cell.add_argument
-    add("--layout", default="double-helix", help="winding layout (default: %(default)s)")
+    add("--layout", default="double-helix", help=f"winding: {', '.join(LAYOUTS)} (default: %(default)s)")
     add("--psi-deg", nargs="+", default=["0"], metavar="PSI", help="winding orientation [deg] (default: 0)")
     add("--pitch-mm", nargs="+", default=["3"], metavar="P", help="winding pitch [mm] (default: 3)")
+    add("--spacing-mm", nargs="+", metavar="S", help="from ring to ring [mm] (default: half the pitch)")
     add("--pressure-kpa", nargs="+", default=[], metavar="P", help="P1 P2 P3: gauge pressures [kPa]")
     add("--moment-nmm", nargs="+", metavar="M", help="M1 M2 M3: external moment, body frame [N mm]")
     add("--curvature-per-m", nargs="+", metavar="U", help="U1 U2 U3: impose the curvature and twist [1/m]")
@@ -85,8 +86,9 @@ def _cell(options: argparse.Namespace) -> int:
     curvature = _optional("--curvature-per-m", options.curvature_per_m, "1/m")
     psi = math.radians(_numbers("--psi-deg", options.psi_deg, 1, "deg")[0])
     pitch = 1e-3 * _numbers("--pitch-mm", options.pitch_mm, 1, "mm")[0]
-    if options.layout != DoubleHelix.name:
-        raise _InputError(f"--layout: got {options.layout!r}, expected {DoubleHelix.name!r}")
+    spacing = None
+    if options.spacing_mm is not None:
+        spacing = 1e-3 * _numbers("--spacing-mm", options.spacing_mm, 1, "mm")[0]
     if options.vtk is not None:
         _check_writable("--vtk", Path(options.vtk))
     walls = {
@@ -97,7 +99,8 @@ def _cell(options: argparse.Namespace) -> int:
     try:
         loads = _ramp(pressure, moment, curvature)
         geometry = ActuatorGeometry(**walls)
-        cell = PeriodCell(geometry, DoubleHelix(psi, pitch), level=options.elements)
+        winding = layout(options.layout, psi, pitch, spacing)
+        cell = PeriodCell(geometry, winding, level=options.elements)
     except ValueError as error:
         raise _InputError(_with_flags(str(error))) from error
 
@@ -200,6 +203,8 @@ def _with_flags(message: str) -> str:
         "pitch": "--pitch-mm",
         "psi": "--psi-deg",
         "elements": "--elements",
+        "layout": "--layout",
+        "spacing": "--spacing-mm",
     }
     name, _, rest = message.partition(":")
     return f"{flags.get(name, name)}:{rest}"

@@ -37,6 +37,7 @@ def bad(capsys):
         ([*RUN, "--pitch-mm", "0"], "--pitch-mm", "0", "positive"),
         ([*RUN, "--pitch-mm", "nan"], "--pitch-mm", "nan", "positive"),
         ([*RUN, "--layout", "knot"], "--layout", "knot", "double-helix"),
+        ([*RUN, "--layout", "ring", "--pitch-mm", "0.3"], "spacing", "0.15 mm", "more than 0.1778 mm"),
         ([*RUN, "--paths", "0"], "--paths", "0", "at least 1"),
         ([*RUN, "--workers", "two"], "--workers", "two", "whole number"),
         ([*RUN, "--pressure-max-kpa", "70", "50"], "--pressure-max-kpa", "", "3"),

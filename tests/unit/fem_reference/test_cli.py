@@ -48,6 +48,21 @@ def test_the_imposed_curvature_is_taken(capsys):
 
 
 @pytest.mark.parametrize(
+    ("layout", "lines"), [(["ring", "--spacing-mm", "1"], 48), (["six-helix"], 96), (["none"], 0)]
+)
+def test_every_layout_is_taken_and_drawn(layout, lines, tmp_path, capsys):
+    file = tmp_path / "cell.vtu"
+    assert (
+        main(["cell", "--pressure-kpa", "1", "0", "0", "--json", "--vtk", str(file), "--layout", *layout])
+        == 0
+    )
+    told = json.loads(capsys.readouterr().out)
+    assert told["converged"] is True
+    assert told["bending_angle_deg"] > 0.0
+    assert len(meshio.read(file).cells_dict.get("line", [])) == lines
+
+
+@pytest.mark.parametrize(
     ("arguments", "flag", "came"),
     [
         (["--pressure-kpa", "-1", "0", "0"], "--pressure-kpa", "-1000"),
@@ -59,6 +74,10 @@ def test_the_imposed_curvature_is_taken(capsys):
         ([*QUICK[1:], "--inner-wall-mm", "5"], "inner_wall", "5 mm"),
         ([*QUICK[1:], "--partition-wall-mm", "6"], "partition_wall", "6 mm"),
         ([*QUICK[1:], "--layout", "knitted"], "--layout", "'knitted'"),
+        ([*QUICK[1:], "--layout", "ring", "--spacing-mm", "0.1"], "--spacing-mm", "0.1 mm"),
+        ([*QUICK[1:], "--spacing-mm", "1"], "--spacing-mm", "1 mm"),
+        ([*QUICK[1:], "--layout", "ring", "--spacing-mm", "few"], "--spacing-mm", "'few'"),
+        ([*QUICK[1:], "--layout", "six-helix", "--pitch-mm", "0.5"], "--pitch-mm", "0.5 mm"),
         ([*QUICK[1:], "--elements", "huge"], "--elements", "'huge'"),
         ([*QUICK[1:], "--vtk", "no/such/folder/cell.vtu"], "--vtk", "no/such/folder"),
         ([*QUICK[1:], "--moment-nmm", "0", "1", "0", "--curvature-per-m", "0", "1", "0"], "moment", "both"),

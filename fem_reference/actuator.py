@@ -4,7 +4,7 @@ This is the package's SI face: millimetres, megapascals and newtons stay inside.
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -17,7 +17,7 @@ from fem_reference.geometry import ActuatorGeometry
 from fem_reference.linear_solver import SymmetricSolver, default_solver
 from fem_reference.material import Ogden
 from fem_reference.newton import Equilibrium, NewtonError, solve_equilibrium
-from fem_reference.path import PathError, PathFollower
+from fem_reference.path import PathError, PathFollower, PathMemory
 from fem_reference.section import MeshLevel, mesh_level
 from fem_reference.winding import DoubleHelix, Thread, Winding
 
@@ -42,16 +42,14 @@ class ActuatorState:
     bending_angle : θ, angle of the face's normal from +z, continued past 180° along the axis [rad].
     bending_plane : γ in [0, 2π) [rad]; 0 where chamber 1 alone would bend it. Zero for a straight axis.
     chamber_volume : of each chamber [m³].
-    base_force, base_moment : reaction at the clamped base, about the origin [N, N m].
     shape : of the rod's axis.
     strain_energy : of all parts [J].
     rod_pressure : largest contact pressure on the rod [Pa].
     thread_tension : largest tension of the thread [N]; zero without one.
     wall_distance : smallest distance between chamber walls that are about to touch [m]; infinite elsewhere.
-    iterations : of Newton's method since the state before.
-    residual : largest nodal force left [N].
-    stable : whether it is a minimum of its energy; None where that is not known.
     deformation : unknowns, to start from or to draw.
+    settled : what the solver found beside them.
+    converged : always true: a failure raises `ActuatorError`.
     """
 
     load: ActuatorLoad
@@ -60,18 +58,35 @@ class ActuatorState:
     bending_angle: float
     bending_plane: float
     chamber_volume: Float[np.ndarray, "3"]
-    base_force: Float[np.ndarray, "3"]
-    base_moment: Float[np.ndarray, "3"]
     shape: AxisShape
     strain_energy: float
     rod_pressure: float
     thread_tension: float
     wall_distance: float
+    settled: "Settled"
+    deformation: Deformation = field(repr=False)
+    converged: bool = True
+
+
+@dataclass(frozen=True)
+class Settled:
+    """What the solver found at an equilibrium besides the unknowns.
+
+    Parameters
+    ----------
+    base_force, base_moment : reaction at the clamped base, about the origin [N, N m].
+    iterations : of Newton's method since the state before.
+    residual : largest nodal force left [N].
+    stable : whether it is a minimum of its energy; None where that is not known.
+    memory : of the path that led here.
+    """
+
+    base_force: Float[np.ndarray, "3"]
+    base_moment: Float[np.ndarray, "3"]
     iterations: int
     residual: float
     stable: bool | None
-    deformation: Deformation = field(repr=False)
-    converged: bool = True
+    memory: PathMemory = field(repr=False)
 
 
 class ActuatorError(ArithmeticError):
@@ -166,33 +181,56 @@ class Actuator:
         """
         state = start
         try:
-            target = (ActuatorLoad() if start is None else start.load).target()
-            at = self.equations.rest() if start is None else start.deformation
-            here = solve_equilibrium(self._problem, self._solver, target, at)
-            follower = PathFollower(self._problem, self._solver, here, target, _FIRST_STEP)
+            follower = self._follower(start)
             for load in loads:
                 before = follower.iterations
                 found = follower.follow(load.target())
-                state = self._state(load, load.target(), found, follower.iterations - before)
+                settled = self._settled(found, load.target(), follower.iterations - before, follower.memory)
+                state = self.state(load, found.configuration, settled)
                 yield state
         except NewtonError as error:
             raise ActuatorError(f"the actuator did not converge at the start: {error}", state) from error
         except PathError as error:
-            last = self._state(_load_of(error.target), error.target, error.last, 0)
-            raise ActuatorError(f"the actuator did not converge: {error}", last) from error
+            raise ActuatorError(f"the actuator did not converge: {error}", self._last(error)) from error
 
-    def _state(
-        self, load: ActuatorLoad, target: ActuatorTarget, found: Equilibrium, iterations: int
-    ) -> ActuatorState:
-        equations, deformation = self.equations, found.configuration
+    def _follower(self, start: ActuatorState | None) -> PathFollower:
+        if start is None:
+            target = ActuatorLoad().target()
+            here = solve_equilibrium(self._problem, self._solver, target, self.equations.rest())
+            return PathFollower(self._problem, self._solver, here, target, _FIRST_STEP)
+        here = Equilibrium(start.deformation, None, 0, start.settled.residual, None)
+        return PathFollower(self._problem, self._solver, here, start.load.target(), start.settled.memory)
+
+    def _last(self, error: PathError) -> ActuatorState:
+        last, memory = error.last, PathMemory(_FIRST_STEP, [], np.zeros(0))
+        if last.linear is None:
+            last = replace(last, linear=self._problem.linearise(last.configuration, error.target))
+        settled = self._settled(last, error.target, 0, memory)
+        return self.state(_load_of(error.target), last.configuration, settled)
+
+    def _settled(
+        self, found: Equilibrium, target: ActuatorTarget, iterations: int, memory: PathMemory
+    ) -> Settled:
+        reaction = self.equations.reaction(found.linear, target)
+        return Settled(
+            base_force=reaction.sum(axis=0),
+            base_moment=np.cross(found.linear.positions, reaction).sum(axis=0) / _MM,
+            iterations=iterations,
+            residual=found.residual,
+            stable=None if found.excess_negative is None else found.excess_negative == 0,
+            memory=memory,
+        )
+
+    def state(self, load: ActuatorLoad, deformation: Deformation, settled: Settled) -> ActuatorState:
+        """What there is to say of an equilibrium under ``load``; see `ActuatorState`."""
+        equations = self.equations
         x = deformation.positions
         frame = equations.tip.frame(x)
         shape = axis_shape(equations, x)
         tangents = np.concatenate([shape.rotations[:, :, 2], frame.rotation[None, :, 2]])
         body = np.searchsorted(shape.arc_length, equations.body_length / _MM - 1e-9)
         angle, plane = bending(tangents, shape.positions[body])
-        reaction = equations.reaction(found.linear, target)
-        tension = equations.thread.tension(x)
+        free = ~equations.contact.bonded
         return ActuatorState(
             load=load,
             tip_position=frame.position / _MM,
@@ -200,17 +238,13 @@ class Actuator:
             bending_angle=angle,
             bending_plane=plane,
             chamber_volume=equations.volumes(deformation) / _MM**3,
-            base_force=reaction.sum(axis=0),
-            base_moment=np.cross(x, reaction).sum(axis=0) / _MM,
             shape=shape,
             strain_energy=equations.strain_energy(deformation) / _MM,
-            rod_pressure=float(equations.contact.pressure(x)[~equations.contact.bonded].max()) * _MPA,
-            thread_tension=float(tension.max(initial=0.0)),
+            rod_pressure=float(equations.contact.pressure(x)[free].max(initial=0.0)) * _MPA,
+            thread_tension=float(equations.thread.tension(x).max(initial=0.0)),
             wall_distance=equations.walls.minimum_distance(x) / _MM,
-            iterations=iterations,
-            residual=found.residual,
-            stable=None if found.excess_negative is None else found.excess_negative == 0,
             deformation=deformation,
+            settled=settled,
         )
 
 

@@ -56,9 +56,8 @@ _SETTLING = 5
 _PATIENCE = 5
 # Line search: a step may be this much larger than the one before; how often one is halved; and how large a
 # step must be [mm] for its growth to mean anything.
-_GROWTH = 1.0
-_MAX_HALVINGS = 4
-_STALL = True
+_GROWTH = 2.0
+_MAX_HALVINGS = 2
 _SMALL_STEP = 1e-4
 # Shift of the stiffness [N/mm]: applied above this residual [N], from the first value upwards by factors.
 _SHIFT_ABOVE = 1e-4
@@ -205,7 +204,7 @@ def solve_equilibrium(problem: Problem, solver: SymmetricSolver, target: Any, st
             return Equilibrium(at, linear, iteration, force, excess)
         history.append(force)
         stalled = len(history) > _SETTLING and history[-1] > 0.5 * history[-3]
-        fraction = min(problem.longest(step), 0.5 if stalled and _STALL else 1.0)
+        fraction = min(problem.longest(step), 0.5 if stalled else 1.0)
         last = None if shifted else _Taken(at, step, linear, size, fraction)
         at = _admissible_part(problem, at, step, linear, fraction)
     raise NewtonError(

@@ -1,9 +1,11 @@
 """Continuation of equilibria along straight paths of load, with extrapolation and step control."""
 
 import logging
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from fem_reference.linear_solver import SymmetricSolver
 from fem_reference.newton import Equilibrium, NewtonError, Problem, solve_equilibrium
@@ -16,7 +18,7 @@ _EASY, _HARD = 5, 9
 _STRAIGHT = 0.999
 _GROW, _SHRINK = 1.6, 0.6
 _SMALLEST = 0.05
-# Earlier states kept for extrapolation, and the largest sum of absolute weights for more than two states.
+# Earlier states kept for extrapolation, and the largest sum of absolute weights beyond a straight line.
 _STATES = 2
 _AMPLIFICATION = 8.0
 # Steps beyond a spot where contact pairs change kind, tried when ever smaller ones all fail before it.
@@ -38,6 +40,22 @@ class PathError(ArithmeticError):
         self.target = target
 
 
+@dataclass(frozen=True)
+class PathMemory:
+    """What a path follower goes on from, besides the equilibrium at hand.
+
+    Parameters
+    ----------
+    step : length of the next step.
+    earlier : configurations before the present one on this straight leg, and how far back each is.
+    heading : direction of the leg.
+    """
+
+    step: float
+    earlier: list[tuple[Any, float]]
+    heading: Float[np.ndarray, " loads"]
+
+
 class PathFollower:
     """Equilibria of a problem, one load after another.
 
@@ -45,7 +63,7 @@ class PathFollower:
     ----------
     problem, solver : what is in equilibrium, and the linear solver.
     equilibrium, target : where the path starts: an equilibrium and what it is under.
-    step : length of the first step, in the measure of the target's ``to``; adapted while going on.
+    memory : of the path that led here, or the length of a first step in the measure of the target's ``to``.
     """
 
     def __init__(
@@ -54,17 +72,21 @@ class PathFollower:
         solver: SymmetricSolver,
         equilibrium: Equilibrium,
         target: Any,
-        step: float = 1.0,
+        memory: PathMemory | float = 1.0,
     ) -> None:
         self.problem = problem
         self.solver = solver
         self.equilibrium = equilibrium
         self.target = target
-        self.step = step
         self.iterations = 0
-        # Configurations before the present one on this straight leg, and how far back each is.
-        self._earlier: list[tuple[Any, float]] = []
-        self._heading = np.zeros(0)
+        if not isinstance(memory, PathMemory):
+            memory = PathMemory(memory, [], np.zeros(0))
+        self.step, self._earlier, self._heading = memory.step, memory.earlier, memory.heading
+
+    @property
+    def memory(self) -> PathMemory:
+        """To go on from the present equilibrium as if there had been no break."""
+        return PathMemory(self.step, self._earlier, self._heading)
 
     def follow(self, goal: Any) -> Equilibrium:
         """Go from the present equilibrium to ``goal``, in as many steps as it takes.
@@ -116,8 +138,8 @@ class PathFollower:
         at = self.equilibrium.configuration
         start = at
         if self._earlier and step > 0.0:
-            guess = self._extrapolate(step)
-            start = guess if self.problem.may_start(at, guess) else at
+            guesses = (self._extrapolate(step, count) for count in range(len(self._earlier), 0, -1))
+            start = next((g for g in guesses if g is not None and self.problem.may_start(at, g)), at)
         try:
             found = solve_equilibrium(self.problem, self.solver, target, start)
         except NewtonError as error:
@@ -133,15 +155,14 @@ class PathFollower:
             self.step = step * _SHRINK
         return True
 
-    def _extrapolate(self, step: float) -> Any:
-        """Polynomial through the last states on this leg, of the highest degree that is tame."""
-        for count in range(len(self._earlier), 0, -1):
-            states, back = zip(*self._earlier[:count], strict=True)
-            nodes = np.array([0.0, *(-b for b in back)])
-            weights = [
-                float(np.prod([(step - o) / (n - o) for o in np.delete(nodes, i)]))
-                for i, n in enumerate(nodes)
-            ]
-            if count == 1 or np.abs(weights).sum() <= _AMPLIFICATION:
-                break
+    def _extrapolate(self, step: float, degree: int) -> Any | None:
+        """Polynomial through the last states on this leg; None where it would amplify their errors."""
+        states, back = zip(*self._earlier[:degree], strict=True)
+        nodes = np.array([0.0, *(-b for b in back)])
+        weights = [
+            float(np.prod([(step - other) / (node - other) for other in np.delete(nodes, i)]))
+            for i, node in enumerate(nodes)
+        ]
+        if degree > 1 and np.abs(weights).sum() > _AMPLIFICATION:
+            return None
         return self.problem.mean([self.equilibrium.configuration, *states], weights)

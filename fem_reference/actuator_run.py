@@ -1,0 +1,143 @@
+"""A path of loads on disk: every load step is kept as soon as it is found, and a killed run goes on from it.
+
+The directory holds ``run.json`` (what was asked for), ``step_0001.json`` … (records) and the checkpoint of
+the last step, ``state.npz``. Files are written under another name and then renamed, so that none is ever half
+there.
+"""
+
+import json
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fem_reference.actuator import Actuator, ActuatorState, Settled
+from fem_reference.actuator_equations import Deformation
+from fem_reference.actuator_load import ActuatorLoad
+from fem_reference.actuator_record import state_record
+from fem_reference.path import PathMemory
+
+_FIELDS = tuple(Deformation.__dataclass_fields__)
+
+
+class RunError(ValueError):
+    """The directory cannot be used for this run; the message says why."""
+
+
+class ActuatorRun:
+    """A path of loads and its directory.
+
+    Parameters
+    ----------
+    directory : made if it is not there; of the same run, if it is.
+    description : everything that the results depend on, as JSON would hold it; loads included.
+
+    Raises
+    ------
+    RunError
+        Where the directory holds another run, or cannot be written to.
+    """
+
+    def __init__(self, directory: str | Path, description: dict[str, Any]) -> None:
+        self.directory = Path(directory)
+        file = self.directory / "run.json"
+        try:
+            self.directory.mkdir(parents=True, exist_ok=True)
+            if not file.exists():
+                _write(file, json.dumps(description, indent=1).encode())
+            held = json.loads(file.read_text())
+        except (OSError, json.JSONDecodeError) as error:
+            raise RunError(
+                f"run: got {str(directory)!r}, expected a directory for this run: {error}"
+            ) from error
+        # Through JSON, so that tuples and lists compare as equal.
+        if held != json.loads(json.dumps(description)):
+            differ = [key for key in {*held, *description} if held.get(key) != description.get(key)]
+            raise RunError(
+                f"run: got {str(directory)!r}, which holds a run with another {', '.join(sorted(differ))}; "
+                "expected a new directory, or the same run"
+            )
+
+    def _file(self, step: int) -> Path:
+        return self.directory / f"step_{step:04d}.json"
+
+    def records(self) -> list[dict[str, Any]]:
+        """Records of the steps that are finished."""
+        found: list[dict[str, Any]] = []
+        while (file := self._file(len(found) + 1)).exists():
+            found.append(json.loads(file.read_text()))
+        return found
+
+    def states(self, actuator: Actuator, loads: Sequence[ActuatorLoad]) -> Iterator[ActuatorState]:
+        """Follow the loads that are not finished, keeping each state before it is yielded.
+
+        Where all are finished, the last state is yielded again.
+
+        Raises
+        ------
+        ActuatorError
+            When a load is not reached; what was found before is kept.
+        """
+        start, done = self._checkpoint(actuator, loads)
+        if done == len(loads) and start is not None:
+            yield start
+            return
+        for step, state in enumerate(actuator.follow(loads[done:], start), start=done + 1):
+            self._save(state, step)
+            yield state
+
+    def _save(self, state: ActuatorState, step: int) -> None:
+        settled, memory = state.settled, state.settled.memory
+        arrays: dict[str, Any] = {
+            "step": step,
+            "base": np.concatenate([settled.base_force, settled.base_moment]),
+            "iterations": settled.iterations,
+            "residual": settled.residual,
+            "stable": -1 if settled.stable is None else int(settled.stable),
+            "path_step": memory.step,
+            "heading": memory.heading,
+            "back": np.array([back for _, back in memory.earlier]),
+        }
+        deformations = [state.deformation, *(deformation for deformation, _ in memory.earlier)]
+        for k, deformation in enumerate(deformations):
+            arrays |= {f"{name}_{k}": getattr(deformation, name) for name in _FIELDS}
+        # The record first: a step counts as done once its checkpoint names it.
+        _write(self._file(step), json.dumps(state_record(state)).encode())
+        temporary = self.directory / "state.npz.part"
+        with temporary.open("wb") as stream:
+            np.savez(stream, **arrays)
+        temporary.replace(self.directory / "state.npz")
+
+    def _checkpoint(
+        self, actuator: Actuator, loads: Sequence[ActuatorLoad]
+    ) -> tuple[ActuatorState | None, int]:
+        """The last state that was kept, and how many steps it closes."""
+        file = self.directory / "state.npz"
+        if not file.exists():
+            return None, 0
+        with np.load(file) as held:
+            deformations = [
+                Deformation(*(held[f"{name}_{k}"] for name in _FIELDS)) for k in range(len(held["back"]) + 1)
+            ]
+            earlier = list(zip(deformations[1:], (float(b) for b in held["back"]), strict=True))
+            settled = Settled(
+                base_force=held["base"][:3],
+                base_moment=held["base"][3:],
+                iterations=int(held["iterations"]),
+                residual=float(held["residual"]),
+                stable=None if int(held["stable"]) < 0 else bool(held["stable"]),
+                memory=PathMemory(float(held["path_step"]), earlier, held["heading"]),
+            )
+            step = int(held["step"])
+        return actuator.state(loads[step - 1], deformations[0], settled), step
+
+
+def _write(file: Path, content: bytes) -> None:
+    temporary = file.with_name(file.name + ".part")
+    with temporary.open("wb") as stream:
+        stream.write(content)
+        stream.flush()
+        os.fsync(stream.fileno())
+    temporary.replace(file)

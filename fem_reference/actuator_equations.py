@@ -180,7 +180,8 @@ class ActuatorEquations:
         return (self._number < 0).reshape(-1, 3)
 
     def _dofs(self, connectivity: Int[np.ndarray, "blocks points"]) -> Int[np.ndarray, "blocks dofs"]:
-        full = (3 * connectivity[:, :, None] + np.arange(3)).reshape(len(connectivity), -1)
+        full = 3 * connectivity[:, :, None] + np.arange(3)
+        full = full.reshape(len(connectivity), 3 * connectivity.shape[1])
         return self._number[full]
 
     def _connectivities(self) -> list[np.ndarray]:
@@ -334,4 +335,6 @@ def _contract(gradient: np.ndarray, local: np.ndarray) -> np.ndarray:
 def scatter(points: np.ndarray, local: np.ndarray, count: int) -> Float[np.ndarray, "points 3"]:
     """Sum local nodal vectors into an array over all points."""
     dofs = (3 * points[:, :, None] + np.arange(3)).ravel()
-    return np.bincount(dofs, weights=local.ravel(), minlength=3 * count).reshape(count, 3)
+    total = np.bincount(dofs, weights=local.ravel(), minlength=3 * count)
+    # A sum of nothing comes as integers.
+    return total.astype(float, copy=False).reshape(count, 3)

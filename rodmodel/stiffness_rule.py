@@ -5,11 +5,11 @@ nearest crossing, ψ'_n, the stiffer the chamber bends; the rule's measure is R_
 at a crossing to 1 midway between two. The paper finds ψ = 0° and 12° best by its rule, and 30° inferior.
 
 What is not known to us is the quantity that the paper minimises, so none is given here. From the R_n it
-follows that their sum, their largest and their spread (largest less smallest) are all least at ψ = 0°, rise on
-the way to 30° and are largest there. The rest follows by symmetry: ψ + 60° only renumbers the chambers, and −ψ
-is a mirror image. This agrees with the paper's 0° and 30°, but 12° is no optimum of any of the three. Near
-11.75° the R_n are evenly spaced, so that no two chambers are alike; that this is why the paper names 12° is a
-guess.
+follows that their sum, their largest and their spread (largest less smallest) are all least at ψ = 0°, rise
+on the way to 30° and are largest there. The rest follows by symmetry: ψ + 60° only renumbers the chambers,
+and −ψ is a mirror image. This agrees with the paper's 0° and 30°, but 12° is no optimum of any of the three.
+Near 11.75° the R_n are evenly spaced, so that no two chambers are alike; that this is why the paper names
+12° is a guess.
 
 The rule knows nothing of pressure or pitch. A calibrated rod does, and is what to decide by.
 

@@ -3,6 +3,7 @@ JOBS ?= 2
 
 BIN := .venv/bin
 STAMP := .venv/.installed
+PEERS := .venv/.peers
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 
 .PHONY: run setup test test-slow lint format bench clean
@@ -25,6 +26,10 @@ $(STAMP): pyproject.toml constraints.txt
 	$(PIP) install -c constraints.txt --no-build-isolation -e ".[fem,dev]"
 	@touch $@
 
+$(PEERS): $(STAMP)
+	$(PIP) install -c constraints.txt --no-build-isolation -e ".[bench]"
+	@touch $@
+
 test: lint
 	$(BIN)/python -m pytest -n $(JOBS)
 
@@ -40,7 +45,8 @@ format: setup
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-bench: setup
+# Other solvers to stand beside come with the first run.
+bench: $(PEERS)
 	@set -e; for script in tests/benchmark/bench_*.py; do \
 	  module=$$(echo "$${script%.py}" | tr / .); echo "== $$module"; $(BIN)/python -m "$$module"; \
 	done

@@ -1,5 +1,6 @@
 """Cosserat rod of a soft pneumatic actuator, calibrated from 3D finite elements."""
 
+from rodmodel._inverse import Inverse
 from rodmodel._load import CalibrationNotFoundError, load, shipped_calibrations
 from rodmodel._record import CalibrationFileError
 from rodmodel._rod import Rod
@@ -22,6 +23,7 @@ __all__ = [
     "CurvatureLaw",
     "Domain",
     "FreeStateExpansion",
+    "Inverse",
     "Layout",
     "QuarticLaw",
     "Rod",

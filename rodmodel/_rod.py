@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 
 from rodmodel._bending import bending
 from rodmodel._equilibrium import Equilibrium, Loads, split
+from rodmodel._inverse import Inverse, Target, find_pressure
 from rodmodel._shape import Arc, Polynomial, Shape
 from rodmodel._solution import Numbers, Solution
 from rodmodel.calibration_file import Actuator, Domain
@@ -92,6 +93,52 @@ class Rod(eqx.Module):
             gravity=None if gravity is None else _vector("gravity", gravity, "components [m/s²]"),
         )
         return self._solve(_vector("pressure", pressure, "gauge pressures [Pa]"), loads, throw)
+
+    def inverse(
+        self,
+        bending_angle: Numbers | None = None,
+        bending_plane: Numbers | None = None,
+        tip_position: Numbers | None = None,
+        tip_force: Numbers | None = None,
+        tip_moment: Numbers | None = None,
+        gravity: Numbers | None = None,
+        throw: bool = True,
+    ) -> Inverse:
+        """Pressures for a wanted bend, or for a wanted position of the tip, with least co-contraction.
+
+        Pressures stay within the calibrated domain. One chamber stays without pressure wherever the target
+        can be met so, to 0.1 mm or 1e-3 rad. A target out of reach is answered with the pressures that come
+        nearest to it; `reached` tells, and `distance` how near. Where that is depends on the start: the
+        search is local, from three sides.
+
+        Parameters
+        ----------
+        bending_angle, bending_plane : θ, zero or positive, and γ [rad]; both, or else the next.
+        tip_position : of the centre of the cap's outer face, world frame [m].
+        tip_force, tip_moment, gravity : dead loads, as in [`Rod.solve`][].
+        throw : raise where an input is not finite, an angle is negative, or the rod has no equilibrium under
+            its loads. If false, these are flagged in the result: under `jax.vmap`, for each row alone. A
+            target out of reach is no error.
+
+        Returns
+        -------
+        inverse : pressures, whether they reach the target, and the solution at them. A batch is quicker by
+            `jax.lax.map`, where no row waits for the slowest of them.
+
+        Raises
+        ------
+        ValueError
+            Where an argument has not the shape it must have, or the target is not one of the two.
+        RuntimeError
+            See `throw`.
+        """
+        length = self.actuator.body_length + self.actuator.cap_length
+        target = Target.of(bending_angle, bending_plane, tip_position, length)
+        loads = {"tip_force": tip_force, "tip_moment": tip_moment, "gravity": gravity}
+        given = {name: jnp.asarray(load, float) for name, load in loads.items() if load is not None}
+        free = eqx.Partial(Rod.solve, self, throw=False)
+        solve = eqx.Partial(Rod.solve, self, throw=False, **given)
+        return find_pressure(solve, free if given else None, self.domain, target, throw)
 
     @eqx.filter_jit
     def _solve(self, pressure: Float[Array, "3"], loads: Loads, throw: bool) -> Solution:

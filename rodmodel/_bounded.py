@@ -1,0 +1,200 @@
+"""Least squares over the pressures of a domain: 0 ≤ p_k ≤ p_max,k and Σ p_k ≤ p_sum."""
+
+import itertools
+from collections.abc import Callable
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from rodmodel.calibration_file import Domain
+
+_MAX_STEPS = 60
+# Of Levenberg and Marquardt's term, against squares of derivatives near one: at first, least and most.
+_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-2, 1e-14, 1e8
+_SHRINK, _GROW = 0.1, 5.0
+
+
+class Box(NamedTuple):
+    """A domain, or a face of it, in units of its largest pressure, and all faces of that, down to corners."""
+
+    upper: Float[Array, "3"]
+    total: Float[Array, ""]
+    points: Float[Array, "n 3"]
+    """A point of each face."""
+    directions: Float[Array, "n 3 3"]
+    """Orthonormal directions that span each face, as columns; zero where there are fewer than three."""
+
+
+class Fit(NamedTuple):
+    """End of a search."""
+
+    point: Float[Array, "3"]
+    cost: Float[Array, ""]
+    """Sum of squares of the residual; infinite where none was found that is finite."""
+    converged: Bool[Array, ""]
+    """Whether no step within the box makes the residual smaller."""
+    steps: Int[Array, ""]
+
+
+class _Progress(NamedTuple):
+    fit: Fit
+    residual: Float[Array, " m"]
+    slope: Float[Array, "m 3"]
+    damping: Float[Array, ""]
+
+
+def boxes_of(domain: Domain) -> Box:
+    """Four boxes, stacked: the faces of a domain without pressure in chamber 1, 2 or 3, and the whole domain.
+
+    Each pressure is free, zero or at its largest, and the sum free or at its largest: at most 54 faces of
+    the whole, of which the empty ones are left out. Boxes with fewer repeat their last one.
+    """
+    boxes = [_faces(domain, without) for without in (0, 1, 2, None)]
+    most = max(len(points) for _, points, _ in boxes)
+    # Which of its faces a box has at each of as many places.
+    places = [np.minimum(np.arange(most), len(points) - 1) for _, points, _ in boxes]
+    return Box(
+        upper=jnp.asarray([upper for upper, _, _ in boxes], float),
+        total=jnp.full(len(boxes), domain.pressure_sum_max / max(domain.pressure_max), float),
+        points=jnp.asarray(
+            [points[place] for (_, points, _), place in zip(boxes, places, strict=True)], float
+        ),
+        directions=jnp.asarray(
+            [spans[place] for (_, _, spans), place in zip(boxes, places, strict=True)], float
+        ),
+    )
+
+
+def _faces(domain: Domain, without: int | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Largest pressures, points and directions of a domain, or of its face without one chamber's pressure."""
+    scale = max(domain.pressure_max)
+    upper = np.array(domain.pressure_max) / scale
+    if without is not None:
+        upper[without] = 0.0
+    total = domain.pressure_sum_max / scale
+    points, directions = [], []
+    for held in itertools.product(("free", "lower", "upper"), repeat=3):
+        if without is not None and held[without] != "lower":
+            continue
+        free = np.array([state == "free" for state in held])
+        point = np.where([state == "upper" for state in held], upper, 0.0)
+        left = total - point.sum()
+        if left >= 0.0:
+            points.append(point)
+            directions.append(np.diag(free.astype(float)))
+        if free.any() and 0.0 <= left <= upper[free].sum():
+            points.append(np.where(free, left / free.sum(), point))
+            # Orthonormal complement of (1, ..., 1) among the free ones.
+            columns = np.linalg.svd(np.ones((1, free.sum())))[2][1:].T
+            spanned = np.zeros((3, 3))
+            spanned[free, : columns.shape[1]] = columns
+            directions.append(spanned)
+    return upper, np.array(points), np.array(directions)
+
+
+def least_squares(
+    evaluate: Callable[[Float[Array, "3"]], tuple[Float[Array, " m"], Float[Array, "m 3"]]],
+    start: Float[Array, "3"],
+    box: Box,
+) -> Fit:
+    """Minimise the sum of squares of a residual over a box, by Levenberg and Marquardt's method.
+
+    Each step minimises the damped linear model over the whole box, faces included, exactly. The search ends
+    at a residual of nothing, or where the linear model promises no more of it to go.
+
+    Parameters
+    ----------
+    evaluate : residual and its derivative at a point [units of the box]. One that is not finite is stepped
+        back from.
+    start : inside the box.
+    box : where to search.
+
+    References
+    ----------
+    Nocedal and Wright (2006), Numerical Optimization, chs 10.3 and 16.
+    """
+    dtype = start.dtype
+    epsilon = float(jnp.finfo(dtype).eps)
+    small, nothing = epsilon**0.6, epsilon**1.2
+
+    def advance(at: _Progress) -> _Progress:
+        fit = at.fit
+        # The first step is none: it evaluates the start.
+        first = fit.steps == 0
+        curvature, gradient = at.slope.T @ at.slope, at.slope.T @ at.residual
+        trial = _minimum(curvature + at.damping * jnp.eye(3, dtype=dtype), gradient, fit.point, box)
+        trial = jnp.where(first, fit.point, trial)
+        step = trial - fit.point
+        promise = -(2.0 * gradient + curvature @ step) @ step
+
+        residual, slope = evaluate(trial)
+        cost = jnp.sum(residual**2)
+        better = (cost <= fit.cost) & jnp.all(jnp.isfinite(slope))
+        # Written so that a NaN, from a start without a residual, ends the search.
+        ended = ~first & ~((promise > small * fit.cost) & (jnp.max(jnp.abs(step)) > small))
+        met = better & (cost <= nothing)
+        damping = jnp.clip(at.damping * jnp.where(better, _SHRINK, _GROW), _LEAST_DAMPING, _MOST_DAMPING)
+        return _Progress(
+            fit=Fit(
+                point=jnp.where(better, trial, fit.point),
+                cost=jnp.where(better, cost, fit.cost),
+                converged=(ended & jnp.isfinite(fit.cost)) | met,
+                steps=fit.steps + 1,
+            ),
+            residual=jnp.where(better, residual, at.residual),
+            slope=jnp.where(better, slope, at.slope),
+            damping=jnp.where(first, at.damping, damping),
+        )
+
+    def unfinished(at: _Progress) -> Bool[Array, ""]:
+        evaluated = (at.fit.steps > 0) & ~jnp.isfinite(at.fit.cost)
+        return ~at.fit.converged & ~evaluated & (at.fit.steps < _MAX_STEPS)
+
+    shape = jax.eval_shape(evaluate, start)[1].shape
+    begin = _Progress(
+        fit=Fit(start, jnp.asarray(jnp.inf, dtype), jnp.array(False), jnp.zeros((), int)),
+        residual=jnp.zeros(shape[0], dtype),
+        slope=jnp.zeros(shape, dtype),
+        damping=jnp.asarray(_DAMPING, dtype),
+    )
+    return jax.lax.while_loop(unfinished, advance, begin).fit
+
+
+def _minimum(
+    curvature: Float[Array, "3 3"], gradient: Float[Array, "3"], point: Float[Array, "3"], box: Box
+) -> Float[Array, "3"]:
+    """Minimum over a box of ½ dᵀ H d + gᵀ d, d from `point`, H positive definite.
+
+    It is the least of those minima on the planes of the faces that are in the box.
+    """
+    slack = 8.0 * jnp.finfo(point.dtype).eps
+
+    def on_face(
+        base: Float[Array, "3"], spanned: Float[Array, "3 3"]
+    ) -> tuple[Float[Array, "3"], Float[Array, ""]]:
+        # Along a direction that is not there nothing changes.
+        filling = jnp.diag(1.0 - jnp.sum(spanned**2, axis=0))
+        reduced = spanned.T @ curvature @ spanned + filling
+        along = _solve(reduced, -spanned.T @ (gradient + curvature @ (base - point)))
+        candidate = base + spanned @ along
+        step = candidate - point
+        inside = (
+            jnp.all(candidate >= -slack)
+            & jnp.all(candidate <= box.upper + slack)
+            & (jnp.sum(candidate) <= box.total + slack)
+        )
+        return candidate, jnp.where(inside, gradient @ step + 0.5 * step @ curvature @ step, jnp.inf)
+
+    candidates, values = jax.vmap(on_face)(box.points, box.directions)
+    # Within rounding of a bound is on it.
+    return jnp.clip(candidates[jnp.argmin(values)], 0.0, box.upper)
+
+
+def _solve(matrix: Float[Array, "3 3"], right: Float[Array, "3"]) -> Float[Array, "3"]:
+    """Solve a 3 × 3 system by Cramer's rule, which fuses with what is around it."""
+    a, b, c = matrix
+    cofactors = jnp.stack([jnp.cross(b, c), jnp.cross(c, a), jnp.cross(a, b)], axis=1)
+    return cofactors @ right / jnp.dot(a, cofactors[:, 0])

@@ -1,10 +1,12 @@
 """Cosserat rod of a soft pneumatic actuator, calibrated from 3D finite elements."""
 
+from rodmodel._end_zone import End, EndZone
+from rodmodel._equilibria import Adaptive, FixedStep
 from rodmodel._inverse import Inverse
 from rodmodel._load import CalibrationNotFoundError, load, shipped_calibrations
 from rodmodel._record import CalibrationFileError
 from rodmodel._rod import Rod
-from rodmodel._solution import Solution
+from rodmodel._solution import RESULTS, Solution
 from rodmodel.calibration_file import (
     Actuator,
     Calibration,
@@ -13,18 +15,24 @@ from rodmodel.calibration_file import (
     read_calibration,
     save_calibration,
 )
-from rodmodel.section import CurvatureLaw, FreeStateExpansion, QuarticLaw, SectionLaw, TurnedLaw
+from rodmodel.section import CurvatureLaw, FreeStateExpansion, LinearLaw, QuarticLaw, SectionLaw, TurnedLaw
 
 __all__ = [
+    "RESULTS",
     "Actuator",
+    "Adaptive",
     "Calibration",
     "CalibrationFileError",
     "CalibrationNotFoundError",
     "CurvatureLaw",
     "Domain",
+    "End",
+    "EndZone",
+    "FixedStep",
     "FreeStateExpansion",
     "Inverse",
     "Layout",
+    "LinearLaw",
     "QuarticLaw",
     "Rod",
     "SectionLaw",

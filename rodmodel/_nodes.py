@@ -1,29 +1,50 @@
-"""Chebyshev points of the body, and what interpolates and integrates a function given at them.
+"""Functions given at equally spaced points of the body: their slopes there, and their integrals.
 
-A function that is given by its values f_j at the nodes is taken for the polynomial through them. A rod that
-turns by Θ over its body is met to about (Θ/4)ⁿ/n!, n the degree: far below rounding for a whole turn.
+Between two points, the function is taken for the polynomial through the nine points nearest, or through all
+where there are fewer.
 
 References
 ----------
-Trefethen (2013), Approximation Theory and Approximation Practice, chs 2, 3 and 19; weights of Clenshaw and
-Curtis (1960).
+Fornberg (1988), Math. Comp. 51, 699, for difference formulas on any points.
 """
 
+from functools import cache
+
 import numpy as np
-from numpy.polynomial import chebyshev
 
-DEGREE = 24
+_WINDOW = 9
 
-_X = -np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
 
-NODES = 0.5 * (1.0 + _X)
-"""Fractions of the body's length, increasing, both ends included."""
+@cache
+def slope_matrix(steps: int) -> np.ndarray:
+    """Matrix from values at the `steps` + 1 points to slopes there, by the fraction of the body's length."""
+    matrix = np.zeros((steps + 1, steps + 1))
+    for point in range(steps + 1):
+        window, powers = _polynomial(steps, point - 0.5)
+        x = point - window.mean()
+        slopes = np.arange(1, window.size) * x ** np.arange(window.size - 1)
+        matrix[point, window] = steps * slopes @ powers[1:]
+    return matrix
 
-TO_COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(_X, DEGREE))
-"""Matrix from values at the nodes to coefficients of Chebyshev polynomials of 2 s/L − 1."""
 
-INTEGRALS = 0.5 * chebyshev.chebvander(_X, DEGREE + 1) @ chebyshev.chebint(TO_COEFFICIENTS, lbnd=-1.0)
-"""Matrix from values at the nodes to integrals over s/L from 0 to each node."""
+@cache
+def integral_weights(steps: int) -> np.ndarray:
+    """Weights of the `steps` + 1 points in the integral over the fraction of the body's length, 0 to 1."""
+    weights = np.zeros(steps + 1)
+    for part in range(steps):
+        window, powers = _polynomial(steps, float(part))
+        degree = np.arange(1, window.size + 1)
+        ends = (np.array([part, part + 1.0]) - window.mean())[:, None] ** degree / degree
+        weights[window] += (ends[1] - ends[0]) @ powers / steps
+    return weights
 
-WEIGHTS = INTEGRALS[-1]
-"""Weights of the nodes in the integral over s/L from 0 to 1."""
+
+def _polynomial(steps: int, centre: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points nearest to the part of the body that starts at `centre`, and their polynomial.
+
+    Of it, the matrix from values there to coefficients of powers of the distance from their middle, in steps.
+    """
+    size = min(_WINDOW, steps + 1)
+    first = int(np.clip(np.ceil(centre + 0.5) - size // 2, 0, steps + 1 - size))
+    window = np.arange(first, first + size)
+    return window, np.linalg.inv(np.vander(window - window.mean(), increasing=True))

@@ -1,31 +1,37 @@
 """The rod: a section law, an actuator's dimensions, and the solve."""
 
 from functools import reduce
-from typing import final
+from typing import Any, final
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
+from rodmodel._balance import Equilibrium
 from rodmodel._bending import bending
-from rodmodel._equilibrium import Equilibrium, Loads, split
+from rodmodel._components import triple
+from rodmodel._end_zone import EndZone, section_energy, section_state
+from rodmodel._equilibria import Adaptive, Solver, solve_equilibrium
+from rodmodel._follow import CONVERGED, UNSTABLE, Reached
 from rodmodel._inverse import Inverse, Target, find_pressure
-from rodmodel._shape import Arc, Polynomial, Shape
-from rodmodel._solution import Numbers, Solution
+from rodmodel._loads import Loads, resultants
+from rodmodel._shape import Arc, Shape, Stepped
+from rodmodel._solution import RESULTS, Numbers, Solution
 from rodmodel.calibration_file import Actuator, Domain
 from rodmodel.section import CurvatureLaw, SectionLaw
 
-# Of one integration step with loads, by precision.
-_TOLERANCES = {"float64": 1e-10, "float32": 1e-5}
+# By how much base_rotation may miss a rotation, entry by entry: enough for one rounded to single precision.
+_ORTHOGONAL = 1e-5
 
 
 @final
 class Rod(eqx.Module):
-    """Soft actuator as an inextensible Cosserat rod of uniform section, with a clamped base and a rigid cap.
+    """Soft actuator as an inextensible, unshearable Cosserat rod with a clamped base and a rigid cap.
 
-    The base is at the origin, the rod along +z at rest, chamber k at azimuth 120° (k − 1). `jax.jit`,
-    `jax.vmap` and `jax.grad` work on [`Rod.solve`][]; `rodmodel.load` makes a rod from a calibration.
+    Unless told otherwise, the base is at the origin, the rod along +z at rest, chamber k at azimuth
+    120° (k − 1). `jax.jit`, `jax.vmap` and `jax.grad` work on [`Rod.solve`][]; `rodmodel.load` makes a rod
+    from a calibration.
 
     Attributes
     ----------
@@ -33,12 +39,14 @@ class Rod(eqx.Module):
     actuator : lengths and masses.
     domain : the loads within which the section was calibrated.
     angle_error : 95th percentile of the error of the free-bending angle on held-out states [rad].
+    end_zone : how the section differs near base and cap; None where it does not.
     """
 
     section: SectionLaw
     actuator: Actuator = eqx.field(static=True)
     domain: Domain = eqx.field(static=True)
     angle_error: float = eqx.field(static=True)
+    end_zone: EndZone | None = None
 
     def __hash__(self) -> int:
         """Hash of all but the arrays, which have none, so that `jax.jit(rod.solve)` works."""
@@ -51,11 +59,19 @@ class Rod(eqx.Module):
         tip_moment: Numbers | None = None,
         gravity: Numbers | None = None,
         throw: bool = True,
+        *,
+        distributed_force: Numbers | None = None,
+        follower_force: Numbers | None = None,
+        follower_moment: Numbers | None = None,
+        base_position: Numbers | None = None,
+        base_rotation: Numbers | None = None,
+        start: Solution | None = None,
+        solver: Solver = Adaptive(),  # noqa: B008 (frozen)
     ) -> Solution:
-        """Equilibrium under chamber pressures and dead loads.
+        """Equilibrium under chamber pressures and loads.
 
         Without loads the rod is an arc of the free curvature, in closed form. With loads the equations of
-        [`rodmodel._equilibrium.Equilibrium`][] are integrated and solved by shooting; where it takes that to
+        [`rodmodel._balance.Equilibrium`][] are integrated and solved by shooting; where it takes that to
         stay with the rod, the loads grow in proportion from zero. The equilibrium is the stable one that the
         rod goes to. Where it would snap, or buckle to no side in particular, the solve ends there without
         convergence. A load that is not given costs nothing.
@@ -69,6 +85,16 @@ class Rod(eqx.Module):
         throw : raise where the pressure is negative, not finite or outside the calibration, a load is not
             finite, or the solve fails. If false, these are flagged in the solution: under `jax.vmap`, for
             each row alone. A moment outside the calibration is only ever flagged, by `in_domain`.
+        distributed_force : along the body, world frame, dead [N/m].
+        follower_force : at the centre of the cap's outer face; turns with the cap, in whose frame it is given
+            [N].
+        follower_moment : on the cap; turns with the cap, in whose frame it is given [N m].
+        base_position : of the clamp, world frame [m]; the origin where not given.
+        base_rotation : frame of the clamp, directors as columns, (3, 3); the world's where not given.
+        start : a solution under nearby pressures and loads, tried first: faster where it is near. The
+            equilibrium that Newton's method goes to from there is taken, and may be unstable, which `stable`
+            tells; if there is none, the solve is as without it.
+        solver : [`Adaptive`][], the reference, or [`FixedStep`][], for control.
 
         Returns
         -------
@@ -77,7 +103,7 @@ class Rod(eqx.Module):
         Raises
         ------
         ValueError
-            Where an argument is not three numbers.
+            Where an argument has not the shape it must have.
         RuntimeError
             See `throw`.
 
@@ -85,14 +111,32 @@ class Rod(eqx.Module):
         -----
         Derivatives are those of the equilibrium, by the implicit function theorem, in forward and reverse
         mode; second ones, forward over either. With loads, states along the rod are exact to 1e-8 of their
-        range in double precision and 1e-4 in single, and so are derivatives.
+        range in double precision and 1e-4 in single, and derivatives to 1e-6, with the adaptive solver.
         """
-        loads = Loads(
-            tip_force=None if tip_force is None else _vector("tip_force", tip_force, "components [N]"),
-            tip_moment=None if tip_moment is None else _vector("tip_moment", tip_moment, "components [N m]"),
-            gravity=None if gravity is None else _vector("gravity", gravity, "components [m/s²]"),
-        )
-        return self._solve(_vector("pressure", pressure, "gauge pressures [Pa]"), loads, throw)
+        forces = {"tip_force": tip_force, "follower_force": follower_force}
+        moments = {"tip_moment": tip_moment, "follower_moment": follower_moment}
+        given = {
+            **{name: _vector(name, value, "components [N]") for name, value in forces.items()},
+            **{name: _vector(name, value, "components [N m]") for name, value in moments.items()},
+            "gravity": _vector("gravity", gravity, "components [m/s²]"),
+            "distributed_force": _vector("distributed_force", distributed_force, "components [N/m]"),
+        }
+        position = _vector("base_position", base_position, "coordinates [m]")
+        rotation = None if base_rotation is None else jnp.asarray(base_rotation, float)
+        if rotation is not None and rotation.shape != (3, 3):
+            raise ValueError(f"base_rotation: got shape {rotation.shape}, expected (3, 3): a rotation matrix")
+        pressures = _vector("pressure", pressure, "gauge pressures [Pa]")
+        if pressures is None:
+            raise ValueError("pressure: got None, expected three gauge pressures [Pa]")
+        loads = Loads(**given)
+        unknown = None if start is None else jax.lax.stop_gradient(start.unknown)
+        unknowns = 3 if loads.follower_force is None else 6
+        if unknown is not None and unknown.shape != (unknowns,):
+            raise ValueError(
+                f"start: got a solution with {unknown.shape} unknowns, expected ({unknowns},): one "
+                "that has a follower force where there is one now, and none where there is none"
+            )
+        return self._solve(pressures, loads, position, rotation, unknown, throw, solver)
 
     def inverse(
         self,
@@ -141,42 +185,67 @@ class Rod(eqx.Module):
         return find_pressure(solve, free if given else None, self.domain, target, throw)
 
     @eqx.filter_jit
-    def _solve(self, pressure: Float[Array, "3"], loads: Loads, throw: bool) -> Solution:
+    def _solve(
+        self,
+        pressure: Float[Array, "3"],
+        loads: Loads,
+        base_position: Float[Array, "3"] | None,
+        base_rotation: Float[Array, "3 3"] | None,
+        start: Float[Array, " n"] | None,
+        throw: bool,
+        solver: Solver,
+    ) -> Solution:
         good_pressure = jnp.all(jnp.isfinite(pressure) & (pressure >= 0.0))
-        good_loads = reduce(
-            jnp.logical_and, (jnp.all(jnp.isfinite(load)) for load in jax.tree.leaves(loads)), jnp.array(True)
-        )
-        good = good_pressure & good_loads
+        good_loads = _all_finite(loads)
+        good_base = _all_finite(base_position) & _is_rotation(base_rotation)
+        good = good_pressure & good_loads & good_base
         # A row that cannot be solved is solved for zeros: its NaN would keep the rest of a batch iterating.
         pressure, loads = jax.tree.map(lambda x: jnp.where(good, x, 0.0), (pressure, loads))
+        if base_rotation is not None:
+            base_rotation = jnp.where(good, base_rotation, jnp.eye(3, dtype=base_rotation.dtype))
+            loads = _into_base(loads, base_rotation)
 
-        one = jnp.ones_like(pressure[0])
         law = self.section.at(pressure)
-        shape: Shape
-        if jax.tree.leaves(loads):
-            shape, stats = _loaded_shape(law, loads, self.actuator)
-        else:
-            shape = Arc(base_curvature=law.free_curvature, length=self.actuator.body_length)
-            none = jnp.zeros((), int)
-            stats = {"load_fraction": one, "load_steps": none, "shots": none}
+        shape, reached = _equilibrium_shape(law, loads, self.actuator, self.end_zone, start, solver)
+        length = self.actuator.body_length
+
+        def moment(s: Float[Array, ""], curvature: Float[Array, "3"]) -> Float[Array, "3"]:
+            return jnp.stack(section_state(law, self.end_zone, triple(curvature), s, length).moment)
 
         pressure_in_domain = self.domain.covers_pressure(pressure)
-        moments = jax.vmap(law.moment)(shape.curvatures()[0])
-        in_domain = good & pressure_in_domain & jnp.all(jax.vmap(self.domain.covers_moment)(moments))
+        arc_lengths, curvatures, _ = shape.samples()
+        covered = jax.vmap(self.domain.covers_moment)(jax.vmap(moment)(arc_lengths, curvatures))
+        in_domain = good & pressure_in_domain & jnp.all(covered)
         positions, rotations = shape.poses()
         angle, plane = bending(rotations[:, :, 2], positions[-1])
         tip_position = positions[-1] + self.actuator.cap_length * rotations[-1, :, 2]
+        tip_rotation = rotations[-1]
+        if base_rotation is not None:
+            tip_position, tip_rotation = base_rotation @ tip_position, base_rotation @ tip_rotation
+        if base_position is not None:
+            tip_position = base_position + tip_position
+        converged = good & (reached.load_fraction == 1.0) & (reached.outcome == CONVERGED)
+        converged = converged & jnp.all(jnp.isfinite(tip_position))
         solution = Solution(
             tip_position=tip_position,
-            tip_rotation=rotations[-1],
+            tip_rotation=tip_rotation,
             bending_angle=angle,
             bending_plane=plane,
             chamber_volume=self._chamber_volume(pressure, shape),
-            converged=good & (stats["load_fraction"] == 1.0) & jnp.all(jnp.isfinite(tip_position)),
+            converged=converged,
+            result=_result(good, converged, reached),
+            stable=reached.stable & good,
             in_domain=in_domain,
-            error_estimate=jnp.where(in_domain, self.angle_error * one, jnp.nan),
-            stats=stats,
+            error_estimate=jnp.where(in_domain, self.angle_error * jnp.ones_like(angle), jnp.nan),
+            stats={
+                "load_fraction": reached.load_fraction,
+                "load_steps": reached.load_steps,
+                "shots": reached.shots,
+            },
             shape=shape,
+            unknown=reached.unknown,
+            base_position=base_position,
+            base_rotation=base_rotation,
             cap_length=self.actuator.cap_length,
         )
         solution = jax.tree.map(
@@ -185,16 +254,21 @@ class Rod(eqx.Module):
         if not throw:
             return solution
         problems = jnp.logical_not(
-            jnp.array([good_pressure, good_loads, pressure_in_domain, solution.converged])
+            jnp.array([good_pressure, good_loads, good_base, pressure_in_domain, solution.converged])
         )
         return eqx.branched_error_if(solution, jnp.any(problems), jnp.argmax(problems), self._messages())
 
     def _chamber_volume(self, pressure: Float[Array, "3"], shape: Shape) -> Float[Array, "3"]:
-        """Volume −∂/∂p ∫ Π(u(s), p) ds at a fixed shape [m³]: one derivative for all sections."""
-        curvatures, weights = shape.curvatures()
+        """Volume −∂/∂p ∫ Π(u(s), p, s) ds at a fixed shape [m³]: one derivative for all sections."""
+        arc_lengths, curvatures, weights = shape.samples()
 
         def potential(pressure: Float[Array, "3"]) -> Float[Array, ""]:
-            return weights @ jax.vmap(self.section.at(pressure).energy)(curvatures)
+            law = self.section.at(pressure)
+
+            def energy(s: Float[Array, ""], curvature: Float[Array, "3"]) -> Float[Array, ""]:
+                return section_energy(law, self.end_zone, curvature, s, self.actuator.body_length)
+
+            return weights @ jax.vmap(energy)(arc_lengths, curvatures)
 
         return -jax.jacfwd(potential)(pressure)
 
@@ -203,7 +277,10 @@ class Rod(eqx.Module):
         flagged = "throw=False flags this in the solution instead"
         return [
             f"pressure: got a negative value or one that is not finite, expected 0 or more Pa; {flagged}",
-            f"tip_force, tip_moment or gravity: got a value that is not finite, expected finite; {flagged}",
+            "tip_force, tip_moment or gravity: got a value that is not finite, or another load did, "
+            f"expected finite; {flagged}",
+            "base_position or base_rotation: got a value that is not finite or no rotation matrix, "
+            f"expected a pose; {flagged}",
             "pressure: got more than the calibration covers, "
             f"expected at most {first:g}, {second:g}, {third:g} Pa in chambers 1, 2, 3 "
             f"and {self.domain.pressure_sum_max:g} Pa in sum; throw=False extrapolates",
@@ -212,26 +289,69 @@ class Rod(eqx.Module):
         ]
 
 
-def _loaded_shape(law: CurvatureLaw, loads: Loads, actuator: Actuator) -> tuple[Shape, dict[str, Array]]:
-    # Imported late: a rod without loads does not need diffrax, which takes a while to import.
-    from rodmodel._shooting import shoot
-
-    dtype = law.free_curvature.dtype
-    shot = shoot(Equilibrium(law, loads, actuator), _TOLERANCES[dtype.name])
-    positions, quaternions, turns = split(shot.states)
-    length = actuator.body_length
-    shape = Polynomial(
-        positions=length * positions, quaternions=quaternions, node_curvatures=turns / length, length=length
+def _equilibrium_shape(
+    law: CurvatureLaw,
+    loads: Loads,
+    actuator: Actuator,
+    zone: EndZone | None,
+    start: Float[Array, " n"] | None,
+    solver: Solver,
+) -> tuple[Shape, Reached]:
+    free, length = law.free_curvature, actuator.body_length
+    equilibrium = Equilibrium(law, zone, resultants(loads, actuator, free.dtype), actuator)
+    if not jax.tree.leaves(loads) and zone is None:
+        return Arc(base_curvature=free, length=length), Reached.free(length * free)
+    reached = solve_equilibrium(equilibrium, start, solver)
+    nodes = reached.nodes
+    shape = Stepped(
+        positions=length * nodes.positions,
+        quaternions=nodes.quaternions,
+        node_curvatures=nodes.turns / length,
+        length=length,
     )
-    return shape, {
-        "load_fraction": shot.load_fraction,
-        "load_steps": shot.load_steps,
-        "shots": shot.shots,
-    }
+    return shape, reached
 
 
-def _vector(name: str, value: Numbers, what: str) -> Float[Array, "3"]:
-    """Argument as three numbers of the default precision, or an error that names it."""
+def _result(good: Bool[Array, ""], converged: Bool[Array, ""], reached: Reached) -> RESULTS:
+    # An enumeration's members are of its type, which a type checker does not see.
+    names: Any = RESULTS
+    failed = RESULTS.where(reached.outcome == UNSTABLE, names.unstable, names.not_converged)
+    ended = RESULTS.where(converged, names.successful, failed)
+    return RESULTS.where(good, ended, names.bad_input)
+
+
+def _all_finite(values: object) -> Bool[Array, ""]:
+    finite = (jnp.all(jnp.isfinite(value)) for value in jax.tree.leaves(values))
+    return reduce(jnp.logical_and, finite, jnp.array(True))
+
+
+def _is_rotation(matrix: Float[Array, "3 3"] | None) -> Bool[Array, ""]:
+    if matrix is None:
+        return jnp.array(True)
+    near = jnp.all(jnp.abs(matrix.T @ matrix - jnp.eye(3, dtype=matrix.dtype)) < _ORTHOGONAL)
+    return near & (jnp.dot(jnp.cross(matrix[0], matrix[1]), matrix[2]) > 0.0)
+
+
+def _into_base(loads: Loads, rotation: Float[Array, "3 3"]) -> Loads:
+    """Dead loads in the frame of the base; follower loads are in that of the cap."""
+
+    def turned(load: Float[Array, "3"] | None) -> Float[Array, "3"] | None:
+        return None if load is None else rotation.T @ load
+
+    return Loads(
+        tip_force=turned(loads.tip_force),
+        tip_moment=turned(loads.tip_moment),
+        gravity=turned(loads.gravity),
+        distributed_force=turned(loads.distributed_force),
+        follower_force=loads.follower_force,
+        follower_moment=loads.follower_moment,
+    )
+
+
+def _vector(name: str, value: Numbers | None, what: str) -> Float[Array, "3"] | None:
+    """Argument as three numbers of the default precision, or an error that names it; None as it is."""
+    if value is None:
+        return None
     try:
         vector = jnp.asarray(value, float)
     except (TypeError, ValueError) as error:

@@ -1,4 +1,4 @@
-"""The shape of the body's axis: an arc of constant curvature, or a polynomial through nodes."""
+"""The shape of the body's axis: an arc of constant curvature, or sections at equal distances."""
 
 import abc
 from typing import final
@@ -7,13 +7,16 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
-from rodmodel._nodes import DEGREE, TO_COEFFICIENTS, WEIGHTS
+from rodmodel._components import combine, cross, screw_by, triple
+from rodmodel._nodes import integral_weights, slope_matrix
 from rodmodel._rotation import rotation_of, screw
 
 # Less than half a turn between two of them, up to eight turns.
 _ARC_SAMPLES = 17
+
+_GAUSS = (0.5 - np.sqrt(3.0) / 6.0, 0.5 + np.sqrt(3.0) / 6.0)
 
 
 class Shape(eqx.Module):
@@ -35,8 +38,8 @@ class Shape(eqx.Module):
         """Positions [m] and frames along the body, base to end, close enough to count the turns."""
 
     @abc.abstractmethod
-    def curvatures(self) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
-        """Curvatures [1/m] and the weights [m] that integrate a function of them over the body."""
+    def samples(self) -> tuple[Float[Array, " n"], Float[Array, "n 3"], Float[Array, " n"]]:
+        """Arc lengths [m], curvatures [1/m] there, and the weights [m] that integrate over the body."""
 
 
 @final
@@ -60,15 +63,28 @@ class Arc(Shape):
         samples = jnp.asarray(np.linspace(0.0, self.length, _ARC_SAMPLES), self.base_curvature.dtype)
         return jax.vmap(self.pose)(samples)
 
-    def curvatures(self) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
-        """Curvatures [1/m] and the weights [m] that integrate a function of them over the body."""
-        weights = jnp.asarray([self.length], self.base_curvature.dtype)
-        return self.base_curvature[None], weights
+    def samples(self) -> tuple[Float[Array, " n"], Float[Array, "n 3"], Float[Array, " n"]]:
+        """Arc lengths [m], curvatures [1/m] there, and the weights [m] that integrate over the body."""
+        dtype = self.base_curvature.dtype
+        return jnp.zeros(1, dtype), self.base_curvature[None], jnp.asarray([self.length], dtype)
 
 
 @final
-class Polynomial(Shape):
-    """Polynomials through the states at the Chebyshev points of the body."""
+class Stepped(Shape):
+    """Sections at equal distances, curvature between them a cubic, and the pose by Magnus' expansion.
+
+    In a part of the body that starts at (r₀, R₀), with κ₁, κ₂ the curvatures at the two Gauss points of the
+    length h up to the section, the pose is (r₀, R₀) exp Ω,
+
+        Ω = h (a₁ + a₂)/2 + (√3/12) h² [a₁, a₂],   a = (e₃, κ) in se(3)
+
+    which is of order 4, and exact where the curvature is constant.
+
+    References
+    ----------
+    Iserles, Munthe-Kaas, Nørsett and Zanna (2000), Acta Numerica 9, 215, sec. 5; brackets have the sign of a
+    frame that is multiplied from the right.
+    """
 
     positions: Float[Array, "nodes 3"]
     quaternions: Float[Array, "nodes 4"]
@@ -77,25 +93,45 @@ class Polynomial(Shape):
 
     def pose(self, arc_length: Float[Array, ""]) -> tuple[Float[Array, "3"], Float[Array, "3 3"]]:
         """Position r(s) [m] and frame R(s), directors as columns; world frame."""
-        basis = self._basis(arc_length)
-        return basis @ self.positions, rotation_of(basis @ self.quaternions)
+        node, h = self._place(arc_length)
+        first, second = (triple(self._within(node, h * part)) for part in _GAUSS)
+        bracket = np.sqrt(3.0) / 12.0 * h * h
+        turn = combine((0.5 * h, first), (0.5 * h, second), (bracket, cross(first, second)))
+        change = combine((bracket, first), (-bracket, second))
+        w, x, y, z = self.quaternions[node]
+        quaternion, shift = screw_by((w, x, y, z), turn, (change[1], -change[0], h))
+        return self.positions[node] + jnp.stack(shift), rotation_of(jnp.stack(quaternion))
 
     def curvature(self, arc_length: Float[Array, ""]) -> Float[Array, "3"]:
         """Curvature and twist u(s) [1/m], body frame."""
-        return self._basis(arc_length) @ self.node_curvatures
+        return self._within(*self._place(arc_length))
 
     def poses(self) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 3"]]:
         """Positions [m] and frames along the body, base to end, close enough to count the turns."""
         return self.positions, jax.vmap(rotation_of)(self.quaternions)
 
-    def curvatures(self) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
-        """Curvatures [1/m] and the weights [m] that integrate a function of them over the body."""
-        return self.node_curvatures, jnp.asarray(self.length * WEIGHTS, self.positions.dtype)
+    def samples(self) -> tuple[Float[Array, " n"], Float[Array, "n 3"], Float[Array, " n"]]:
+        """Arc lengths [m], curvatures [1/m] there, and the weights [m] that integrate over the body."""
+        steps = self.positions.shape[0] - 1
+        u = self.node_curvatures
+        s = np.linspace(0.0, self.length, steps + 1)
+        return jnp.asarray(s, u.dtype), u, jnp.asarray(self.length * integral_weights(steps), u.dtype)
 
-    def _basis(self, arc_length: Float[Array, ""]) -> Float[Array, " nodes"]:
-        """Values at an arc length of the Lagrange polynomials of the nodes."""
-        x = 2.0 * arc_length / self.length - 1.0
-        chebyshev = [jnp.ones_like(x), x]
-        for _ in range(DEGREE - 1):
-            chebyshev.append(2.0 * x * chebyshev[-1] - chebyshev[-2])
-        return jnp.stack(chebyshev) @ jnp.asarray(TO_COEFFICIENTS, x.dtype)
+    def _place(self, s: Float[Array, ""]) -> tuple[Int[Array, ""], Float[Array, ""]]:
+        """Node before a section, and the distance from it [m]."""
+        steps = self.positions.shape[0] - 1
+        # A rounding below a node is the node.
+        fraction = s / self.length * steps * (1.0 + 4.0 * jnp.finfo(s.dtype).eps)
+        node = jnp.clip(jnp.floor(fraction), 0, steps).astype(int)
+        return node, s - node * (self.length / steps)
+
+    def _within(self, node: Int[Array, ""], distance: Float[Array, ""]) -> Float[Array, "3"]:
+        """Curvature at a distance after a node: Hermite's cubic."""
+        steps = self.positions.shape[0] - 1
+        h, after = self.length / steps, jnp.minimum(node + 1, steps)
+        x = distance / h
+        start, end = self.node_curvatures[node], self.node_curvatures[after]
+        slopes = jnp.asarray(slope_matrix(steps) / steps, x.dtype)
+        rise = slopes[node] @ self.node_curvatures, slopes[after] @ self.node_curvatures
+        left, right = (1.0 + 2.0 * x) * (1.0 - x) ** 2, x * x * (3.0 - 2.0 * x)
+        return left * start + right * end + x * (1.0 - x) * ((1.0 - x) * rise[0] - x * rise[1])

@@ -10,13 +10,23 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from rodmodel._shape import Shape
 
+
+class RESULTS(eqx.Enumeration):
+    """How a solve ended."""
+
+    successful = "the equilibrium under the whole load was found"
+    bad_input = "a pressure was negative, an input not finite, or base_rotation no rotation"
+    unstable = "the rod would snap, or buckle to no side in particular, before the whole load is on it"
+    not_converged = "Newton's method found no equilibrium that the rod could have gone to"
+
+
 Numbers = ArrayLike | Sequence[float | int]
 """Numbers as they come: an array of JAX or NumPy, or a list."""
 
 
 @final
 class Solution(eqx.Module):
-    """Equilibrium of the rod, in the world frame: base at the origin, +z along the rod at rest.
+    """Equilibrium of the rod, in the world frame.
 
     Where a pressure was negative or an input not finite, every number is NaN and both flags are false. Under
     `jax.vmap` each of the attributes has a leading axis; call the methods under `jax.vmap` too.
@@ -30,11 +40,17 @@ class Solution(eqx.Module):
         2. Zero for a straight rod.
     chamber_volume : of each chamber, over the length of the body [m³].
     converged : whether the full load was reached. Where not, all is at `stats["load_fraction"]` of it.
+    result : how the solve ended, one of [`RESULTS`][]; `converged` is that it was `successful`.
+    stable : whether the second variation of the energy is positive here. Follower loads and moments have no
+        energy; then, whether the loads have passed no branching of equilibria.
     in_domain : whether the pressures, and the moment everywhere on the body, are those of the calibration.
     error_estimate : 95th percentile of the error of the free-bending angle against the FEM, over held-out
         states of the calibration [rad]; NaN outside its domain. It says nothing of what the FEM leaves out.
     stats : `load_fraction` reached, `load_steps` that it took, and `shots`: integrations from base to end.
-    shape : of the body's axis, for the methods.
+    shape : of the body's axis in the frame of the base, for the methods.
+    unknown : what the shooting solved for, u L at the base and after it, where there is a follower force,
+        that force in the frame of the base [N]: a start for the next solve.
+    base_position, base_rotation : where the base is; None for the origin, along +z.
     cap_length : [m].
     """
 
@@ -44,10 +60,15 @@ class Solution(eqx.Module):
     bending_plane: Float[Array, ""]
     chamber_volume: Float[Array, "3"]
     converged: Bool[Array, ""]
+    result: RESULTS
+    stable: Bool[Array, ""]
     in_domain: Bool[Array, ""]
     error_estimate: Float[Array, ""]
     stats: dict[str, Float[Array, ""] | Int[Array, ""]]
     shape: Shape
+    unknown: Float[Array, " n"]
+    base_position: Float[Array, "3"] | None
+    base_rotation: Float[Array, "3 3"] | None
     cap_length: float = eqx.field(static=True)
 
     def centreline(self, arc_length: Numbers) -> Float[Array, "*s 3"]:
@@ -92,10 +113,14 @@ class Solution(eqx.Module):
     def _position(self, s: Float[Array, ""]) -> Float[Array, "3"]:
         body = jnp.minimum(s, self.shape.length)
         position, rotation = self.shape.pose(body)
-        return position + (s - body) * rotation[:, 2]
+        position = position + (s - body) * rotation[:, 2]
+        if self.base_rotation is not None:
+            position = self.base_rotation @ position
+        return position if self.base_position is None else self.base_position + position
 
     def _rotation(self, s: Float[Array, ""]) -> Float[Array, "3 3"]:
-        return self.shape.pose(jnp.minimum(s, self.shape.length))[1]
+        rotation = self.shape.pose(jnp.minimum(s, self.shape.length))[1]
+        return rotation if self.base_rotation is None else self.base_rotation @ rotation
 
     def _curvature(self, s: Float[Array, ""]) -> Float[Array, "3"]:
         curvature = self.shape.curvature(jnp.minimum(s, self.shape.length))

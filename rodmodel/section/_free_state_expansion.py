@@ -10,8 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from rodmodel.section._law import SectionLaw
-from rodmodel.section._quartic import PAIRS, QUADRUPLES, TRIPLES, QuarticLaw, symmetric_tensor
+from rodmodel.section._law import PAIRS, QUADRUPLES, TRIPLES, SectionLaw
+from rodmodel.section._quartic import QuarticLaw, symmetric_tensor
 
 # What each output of the network multiplies, as the axes it carries: a (none), û, K, C₃, C₄.
 _INDICES: tuple[tuple[int, ...], ...] = ((), (0,), (1,), (2,), *PAIRS, *TRIPLES, *QUADRUPLES)

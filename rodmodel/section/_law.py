@@ -1,10 +1,29 @@
 """What every section law offers: a potential of curvature and pressure, and its derivatives."""
 
 import abc
+import itertools
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 from jaxtyping import Array, Float
+
+from rodmodel._components import Scalar, Symmetric, Triple, triple
+
+_AXES = range(3)
+PAIRS, TRIPLES, QUADRUPLES = (tuple(itertools.combinations_with_replacement(_AXES, n)) for n in (2, 3, 4))
+
+
+class Expansion(NamedTuple):
+    """First three derivatives of a potential by the curvature, in scalars, for the solvers."""
+
+    moment: Triple
+    """∂Π/∂u [N m]."""
+    stiffness: Symmetric
+    """∂²Π/∂u² [N m²], entries 11, 12, 13, 22, 23, 33."""
+    third: tuple[Scalar, ...] | None
+    """∂³Π/∂u³ [N m³], the ten entries of non-decreasing indices; None where it is zero."""
 
 
 class CurvatureLaw(eqx.Module):
@@ -29,6 +48,21 @@ class CurvatureLaw(eqx.Module):
     @abc.abstractmethod
     def stiffness(self, curvature: Float[Array, "3"]) -> Float[Array, "3 3"]:
         """Tangent stiffness ∂²Π/∂u² [N m²], body frame, symmetric."""
+
+    def expand(self, curvature: Triple) -> Expansion:
+        """Moment, stiffness and its slope at a curvature [1/m], in scalars."""
+        u = jnp.stack(curvature)
+        stiffness = self.stiffness(u)
+        slope = jax.jacfwd(self.stiffness)(u)
+        a, b, c, d, e, f = (stiffness[pair] for pair in PAIRS)
+        return Expansion(triple(self.moment(u)), (a, b, c, d, e, f), tuple(slope[t] for t in TRIPLES))
+
+    def turned(self, turns: int) -> "CurvatureLaw":
+        """Law of the same section seen from axes turned by −120° · `turns` about its own."""
+        # Imported here: a turned law is a law.
+        from rodmodel.section._turned import TurnedCurvatureLaw
+
+        return TurnedCurvatureLaw(self, turns)
 
 
 class SectionLaw(eqx.Module):

@@ -1,6 +1,7 @@
 """A quartic polynomial of the curvature about the free state: the section law at one pressure."""
 
 import itertools
+from dataclasses import replace
 from typing import final
 
 import equinox as eqx
@@ -8,10 +9,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from rodmodel.section._law import CurvatureLaw
+from rodmodel._components import Triple, apply, combine, contract, triple
+from rodmodel.section._law import PAIRS, TRIPLES, CurvatureLaw, Expansion
+from rodmodel.section._turned import INTO_TURNED
 
 _AXES = range(3)
-PAIRS, TRIPLES, QUADRUPLES = (tuple(itertools.combinations_with_replacement(_AXES, n)) for n in (2, 3, 4))
+_QUADRUPLE_ROWS = tuple(
+    tuple(tuple(sorted((*indices, axis))) for axis in _AXES) for indices in TRIPLES
+)  # those of a triple and each axis
 
 
 @final
@@ -50,6 +55,49 @@ class QuarticLaw(CurvatureLaw):
         tangent = self.quadratic + _contract(6.0 * self.cubic + 12.0 * _contract(self.quartic, w), w)
         return self.energy_scale / self.curvature_scale**2 * tangent
 
+    @eqx.filter_jit
+    def expand(self, curvature: Triple) -> Expansion:
+        """Moment, stiffness and its slope at a curvature [1/m], in scalars.
+
+        With B = C₄·w, D = B·w and E = C₃·w: m = (K + 3E + 4D) w, ∂m/∂w = K + 6E + 12D, its slope 6C₃ + 24B.
+        """
+        distance = combine((1.0, curvature), (-1.0, triple(self.free_curvature)))
+        w = combine((1.0 / self.curvature_scale, distance))
+        cubic = tuple(self.cubic[indices] for indices in TRIPLES)
+        b = tuple(
+            self.quartic[i] * w[0] + self.quartic[j] * w[1] + self.quartic[k] * w[2]
+            for i, j, k in _QUADRUPLE_ROWS
+        )
+        quadratic = tuple(self.quadratic[indices] for indices in PAIRS)
+        d, e = (contract(b, w), contract(cubic, w))
+        secant = tuple(k + 3.0 * x + 4.0 * y for k, x, y in zip(quadratic, e, d, strict=True))
+        tangent = tuple(k + 6.0 * x + 12.0 * y for k, x, y in zip(quadratic, e, d, strict=True))
+        slope = tuple(6.0 * x + 24.0 * y for x, y in zip(cubic, b, strict=True))
+        first = self.energy_scale / self.curvature_scale
+        second, third = first / self.curvature_scale, first / self.curvature_scale**2
+        return Expansion(
+            combine((first, apply(secant, w))),
+            tuple(second * x for x in tangent),
+            tuple(third * x for x in slope),
+        )
+
+    def turned(self, turns: int) -> "QuarticLaw":
+        """Law of the same section seen from axes turned by −120° · `turns` about its own."""
+        turn = jnp.asarray(INTO_TURNED[turns], self.quadratic.dtype)
+        quadratic, cubic, quartic = self.quadratic, self.cubic, self.quartic
+        for axis in _AXES:
+            quadratic = _turn_axis(quadratic, turn, axis)
+            cubic = _turn_axis(cubic, turn, axis)
+        for axis in range(4):
+            quartic = _turn_axis(quartic, turn, axis)
+        return replace(
+            self,
+            free_curvature=_turn_axis(self.free_curvature, turn, 0),
+            quadratic=quadratic,
+            cubic=cubic,
+            quartic=quartic,
+        )
+
     def _distance(self, curvature: Float[Array, "3"]) -> Float[Array, "3"]:
         return (curvature - self.free_curvature) / self.curvature_scale
 
@@ -57,6 +105,11 @@ class QuarticLaw(CurvatureLaw):
 def _contract(tensor: Float[Array, "*n 3"], w: Float[Array, "3"]) -> Float[Array, "*n"]:
     """Contract the last axis with w; as a sum, which the compiler fuses as it does no matrix product."""
     return jnp.sum(tensor * w.reshape((1,) * (tensor.ndim - 1) + (3,)), axis=-1)
+
+
+def _turn_axis(tensor: Float[Array, "..."], turn: Float[Array, "3 3"], axis: int) -> Float[Array, "..."]:
+    """Product of one axis of a tensor with the transpose of a matrix."""
+    return jnp.moveaxis(jnp.tensordot(tensor, turn, axes=(axis, 0)), -1, axis)
 
 
 def symmetric_tensor(entries: Float[Array, " n"], indices: tuple[tuple[int, ...], ...]) -> Array:

@@ -13,7 +13,7 @@ from rodmodel.section._law import CurvatureLaw, SectionLaw
 # By turns of 120°: components in the turned axes from those in the given axes, R_z(−120° k).
 _COS = (1.0, -0.5, -0.5)
 _SIN = (0.0, math.sqrt(0.75), -math.sqrt(0.75))
-_INTO_TURNED = np.array(
+INTO_TURNED = np.array(
     [[[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]] for c, s in zip(_COS, _SIN, strict=True)]
 )
 
@@ -43,7 +43,7 @@ class TurnedLaw(SectionLaw):
 
     def at(self, pressure: Float[Array, "3"]) -> CurvatureLaw:
         """Contract the law to a function of the curvature."""
-        return TurnedCurvatureLaw(self.law.at(jnp.roll(pressure, -self.turns)), self.turns)
+        return self.law.at(jnp.roll(pressure, -self.turns)).turned(self.turns)
 
 
 @final
@@ -74,4 +74,4 @@ class TurnedCurvatureLaw(CurvatureLaw):
         return turn.T @ self.law.stiffness(turn @ curvature) @ turn
 
     def _into_turned(self, like: Float[Array, "3"]) -> Float[Array, "3 3"]:
-        return jnp.asarray(_INTO_TURNED[self.turns], like.dtype)
+        return jnp.asarray(INTO_TURNED[self.turns], like.dtype)

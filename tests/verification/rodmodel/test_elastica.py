@@ -8,8 +8,9 @@ import pytest
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
 from rodmodel import Rod
-from rodmodel._equilibrium import Equilibrium, Loads
-from rodmodel._shooting import shoot
+from rodmodel._balance import Equilibrium
+from rodmodel._equilibria import Adaptive, solve_equilibrium
+from rodmodel._loads import Loads, resultants
 from tests.unit.rodmodel import synthetic
 
 LENGTH = synthetic.ACTUATOR.body_length
@@ -162,11 +163,16 @@ def test_the_error_falls_with_the_tolerance() -> None:
     where few steps are taken and their number jumps."""
     law = synthetic.bending_law()
     pressure, force = jnp.array([30e3, 10e3, 0.0]), jnp.array([0.2, 0.1, 0.1])
-    problem = Equilibrium(law.at(pressure), Loads(force, None, None), synthetic.ACTUATOR)
-    reference = shoot(problem, 1e-14).states
+    loads = resultants(Loads(tip_force=force), synthetic.ACTUATOR, force.dtype)
+    problem = Equilibrium(law.at(pressure), None, loads, synthetic.ACTUATOR)
+
+    def states(tolerance: float) -> np.ndarray:
+        return np.concatenate(solve_equilibrium(problem, None, Adaptive(tolerance)).nodes, axis=1)
+
+    reference = states(1e-13)
     errors = []
     for tolerance in (1e-8, 1e-10, 1e-12):
-        errors.append(np.abs(shoot(problem, tolerance).states - reference).max())
+        errors.append(np.abs(states(tolerance) - reference).max())
         assert errors[-1] < 100.0 * tolerance
     assert errors[1] < 0.2 * errors[0]
     assert errors[2] < 0.2 * errors[1]

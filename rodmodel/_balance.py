@@ -1,0 +1,208 @@
+"""Equilibrium of a rod: its differential equations, its end condition, and both linearised."""
+
+from typing import NamedTuple, final
+
+import equinox as eqx
+from jaxtyping import Array, Float
+
+from rodmodel._components import (
+    Quaternion,
+    Scalar,
+    Triple,
+    apply,
+    axis_cross,
+    combine,
+    contract,
+    cross,
+    into_body,
+    inverse,
+    triple,
+)
+from rodmodel._end_zone import EndZone, SectionState, section_state
+from rodmodel._loads import Resultants
+from rodmodel.calibration_file import Actuator
+from rodmodel.section import CurvatureLaw
+
+
+class State(NamedTuple):
+    """Section of the rod: the quaternion of its frame, and its curvature times the body's length, u L."""
+
+    quaternion: Quaternion
+    turn: Triple
+
+
+class Variation(NamedTuple):
+    """Small change of a section: a turn of its frame and a change of u L, both in the body frame."""
+
+    rotation: Triple
+    turn: Triple
+
+
+@final
+class Equilibrium(eqx.Module):
+    """Equations of a rod whose base is clamped in the base frame, along +z.
+
+    With m = ∂Π/∂u and K = ∂²Π/∂u² in the body frame, and s the arc length,
+
+        R' = R û,   K u' = −u × m − e₃ × Rᵀn − ∂m/∂s
+
+    where n(s) = F + (1 − s/L) W is the force on the section: all that hangs on it. At the end of the body,
+
+        m = Rᵀ M + M_f + e₃ × Rᵀ(lever)
+
+    with M the dead and M_f the follower moment. A follower force R(L) F_f is a dead force P that is not known
+    beforehand: P joins the unknowns, and R(L)ᵀ P = F_f the conditions at the end.
+
+    References
+    ----------
+    Antman (2005), Nonlinear Problems of Elasticity, ch. 8, for the balances of force and moment.
+    """
+
+    law: CurvatureLaw
+    zone: EndZone | None
+    loads: Resultants
+    actuator: Actuator = eqx.field(static=True)
+
+    @property
+    def unknowns(self) -> int:
+        """How many there are: u L at the base, and the follower force in the base frame."""
+        return 3 if self.loads.follower_force is None else 6
+
+    def base_curvature(self) -> Float[Array, "3"]:
+        """Free curvature at the base [1/m]: that of the rod without loads."""
+        free = self.law.free_curvature
+        if self.zone is None:
+            return free
+        return free * self.zone.factors(0.0 * free[0], self.actuator.body_length).free
+
+    @eqx.filter_jit
+    def turn_rate(self, fraction: Scalar, state: State, follower: Triple | None) -> Triple:
+        """Derivative of u L by s/L at the fraction s/L of the body, under a follower force [N]."""
+        section = self._section(fraction, state.turn)
+        force = into_body(state.quaternion, self._force(fraction, follower))
+        torque = self._torque(section, self._curvature(state.turn), force)
+        return combine((self.actuator.body_length**2, apply(inverse(section.stiffness), torque)))
+
+    @eqx.filter_jit
+    def linearised_rate(
+        self,
+        fraction: Scalar,
+        state: State,
+        follower: Triple | None,
+        variations: list[Variation],
+        follower_variations: list[Triple | None],
+    ) -> tuple[Triple, list[Variation]]:
+        """Derivative of u L by s/L, and those of neighbouring solutions.
+
+        δθ' = δu − u × δθ,   K δu' = −δu × m − u × K δu − e₃ × (Rᵀn × δθ + Rᵀδn) − δ(∂m/∂s) − δK u'
+        """
+        length = self.actuator.body_length
+        section = self._section(fraction, state.turn)
+        u = self._curvature(state.turn)
+        force = into_body(state.quaternion, self._force(fraction, follower))
+        flexibility = inverse(section.stiffness)
+        slope = apply(flexibility, self._torque(section, u, force))
+        stiffening = None if section.third is None else contract(section.third, slope)
+        rates = []
+        for variation, follower_variation in zip(variations, follower_variations, strict=True):
+            du = combine((1.0 / length, variation.turn))
+            dforce = cross(force, variation.rotation)
+            if follower_variation is not None:
+                dforce = combine((1.0, dforce), (1.0, into_body(state.quaternion, follower_variation)))
+            dtorque = combine(
+                (-1.0, cross(du, section.moment)),
+                (-1.0, cross(u, apply(section.stiffness, du))),
+                (-1.0, axis_cross(dforce)),
+            )
+            if stiffening is not None:
+                dtorque = combine((1.0, dtorque), (-1.0, apply(stiffening, du)))
+            if section.stiffness_slope is not None:
+                dtorque = combine((1.0, dtorque), (-1.0, apply(section.stiffness_slope, du)))
+            rates.append(
+                Variation(
+                    combine((1.0, variation.turn), (-1.0, cross(state.turn, variation.rotation))),
+                    combine((length**2, apply(flexibility, dtorque))),
+                )
+            )
+        return (combine((length**2, slope)), rates)
+
+    def end_imbalance(self, state: State, follower: Triple | None) -> tuple[Triple, ...]:
+        """Moment that the end of the body lacks to balance the cap [N m], body frame.
+
+        Under a follower force, after it the force that is missing [N].
+        """
+        return self._imbalance(state, follower, [], [])[0]
+
+    def linearised_imbalance(
+        self,
+        state: State,
+        follower: Triple | None,
+        variations: list[Variation],
+        follower_variations: list[Triple | None],
+    ) -> tuple[tuple[Triple, ...], list[tuple[Triple, ...]]]:
+        """Imbalance at the end, and how it changes with each variation."""
+        return self._imbalance(state, follower, variations, follower_variations)
+
+    def _imbalance(
+        self,
+        state: State,
+        follower: Triple | None,
+        variations: list[Variation],
+        follower_variations: list[Triple | None],
+    ) -> tuple[tuple[Triple, ...], list[tuple[Triple, ...]]]:
+        length, cap, loads = self.actuator.body_length, self.actuator.cap_length, self.loads
+        q = state.quaternion
+        section = self._section(state.turn[0] * 0.0 + 1.0, state.turn)
+        moment = into_body(q, triple(loads.end_moment))
+        lever = into_body(q, triple(loads.lever))
+        missing: tuple[Triple, ...] = ()
+        pulled = None
+        if follower is not None and loads.follower_force is not None:
+            pulled = into_body(q, follower)
+            lever = combine((1.0, lever), (cap, pulled))
+            missing = (combine((1.0, pulled), (-1.0, triple(loads.follower_force))),)
+        balance = combine(
+            (1.0, section.moment),
+            (-1.0, moment),
+            (-1.0, triple(loads.follower_moment)),
+            (-1.0, axis_cross(lever)),
+        )
+        changes = []
+        for variation, follower_variation in zip(variations, follower_variations, strict=True):
+            turned = variation.rotation
+            dlever = cross(lever, turned)
+            dmissing: tuple[Triple, ...] = ()
+            if pulled is not None:
+                dpulled = cross(pulled, turned)
+                if follower_variation is not None:
+                    body = into_body(q, follower_variation)
+                    dpulled = combine((1.0, dpulled), (1.0, body))
+                    dlever = combine((1.0, dlever), (cap, body))
+                dmissing = (dpulled,)
+            dbalance = combine(
+                (1.0 / length, apply(section.stiffness, variation.turn)),
+                (-1.0, cross(moment, turned)),
+                (-1.0, axis_cross(dlever)),
+            )
+            changes.append((dbalance, *dmissing))
+        return (balance, *missing), changes
+
+    def _curvature(self, turn: Triple) -> Triple:
+        return combine((1.0 / self.actuator.body_length, turn))
+
+    def _section(self, fraction: Scalar, turn: Triple) -> SectionState:
+        length = self.actuator.body_length
+        return section_state(self.law, self.zone, self._curvature(turn), fraction * length, length)
+
+    def _force(self, fraction: Scalar, follower: Triple | None) -> Triple:
+        """Force n(s) on a section [N], base frame."""
+        ahead = 1.0 - fraction
+        force = combine((1.0, triple(self.loads.end_force)), (ahead, triple(self.loads.body_force)))
+        return force if follower is None else combine((1.0, force), (1.0, follower))
+
+    def _torque(self, section: SectionState, u: Triple, force: Triple) -> Triple:
+        """K u' [N]."""
+        torque = combine((-1.0, cross(u, section.moment)), (-1.0, axis_cross(force)))
+        if section.moment_slope is None:
+            return torque
+        return combine((1.0, torque), (-1.0, section.moment_slope))

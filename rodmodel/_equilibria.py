@@ -1,0 +1,124 @@
+"""The two solvers behind one face, and derivatives of what they find by the implicit function theorem."""
+
+from dataclasses import dataclass
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+from jax import custom_derivatives
+from jaxtyping import Array, Float
+
+from rodmodel._balance import Equilibrium
+from rodmodel._follow import CONVERGED, DIVERGED, Reached, follow, scaled
+from rodmodel._kernel import one_kernel
+from rodmodel._march import march
+
+# What is asked of Newton's method on u L [rad], and of one integration step with adaptive steps.
+_NEWTON = {"float64": 1e-10, "float32": 1e-5}
+_INTEGRATION = {"float64": 1e-10, "float32": 1e-5}
+
+# The adaptive solver's result is given at so many equal parts of the body, and its derivatives are those of
+# as many fixed steps: exact to 1e-7 for a rod that turns by half a turn.
+_NODES = 32
+_FIRST_STEPS = 8
+
+
+@dataclass(frozen=True)
+class FixedStep:
+    """The solver for control: a fixed number of steps along the rod, of order 4.
+
+    Attributes
+    ----------
+    steps : along the rod. The error at the tip falls with the fourth power of their number.
+    tolerance : of Newton's method on u L at the base [rad]; by default 1e-10, or 1e-5 in single precision.
+    """
+
+    steps: int = 8
+    tolerance: float | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be integrated."""
+        if self.steps < 1:
+            raise ValueError(f"steps: got {self.steps}, expected 1 or more")
+        _check_tolerance(self.tolerance)
+
+
+@dataclass(frozen=True)
+class Adaptive:
+    """The reference solver: as many steps along the rod, of order 8, as a tolerance takes.
+
+    Attributes
+    ----------
+    tolerance : of one step, relative and absolute, on r/L, quaternion and u L; by default 1e-10, or 1e-5 in
+        single precision.
+    """
+
+    tolerance: float | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what is no tolerance."""
+        _check_tolerance(self.tolerance)
+
+
+Solver = FixedStep | Adaptive
+
+
+def _check_tolerance(tolerance: float | None) -> None:
+    if tolerance is not None and not 0.0 < tolerance < 1.0:
+        raise ValueError(f"tolerance: got {tolerance}, expected a number between 0 and 1, or None")
+
+
+@partial(jax.custom_jvp, nondiff_argnums=(2,))
+def solve_equilibrium(equilibrium: Equilibrium, start: Float[Array, " n"] | None, solver: Solver) -> Reached:
+    """Solve with one of the solvers; see [`rodmodel._follow.follow`][].
+
+    Derivatives are those of the equilibrium at the load fraction that was reached, not of the iterations:
+    with y(x, θ) the sections and e(x, θ) = 0 the balance at the end, x the unknowns at the base,
+
+        e_x ẋ + e_θ θ̇ = 0,   ẏ = y_x ẋ + y_θ θ̇
+
+    y and e are those of fixed steps: of the fixed steps that were taken, or of steps fine enough.
+    """
+    dtype = equilibrium.law.free_curvature.dtype.name
+    if isinstance(solver, FixedStep):
+        tolerance = _NEWTON[dtype] if solver.tolerance is None else solver.tolerance
+        return _follow(equilibrium, start, solver.steps, tolerance)
+    # Imported late: diffrax takes a while to import, and not every rod needs it.
+    from rodmodel._adaptive import polish
+
+    reached = _follow(equilibrium, start, _FIRST_STEPS, 1e-2 * _NEWTON[dtype] ** 0.5)
+    tolerance = _INTEGRATION[dtype] if solver.tolerance is None else solver.tolerance
+    polished, converged = polish(equilibrium, reached, _NODES, tolerance)
+    fallen = (reached.outcome == CONVERGED) & ~converged
+    return polished._replace(outcome=jnp.where(fallen, DIVERGED, reached.outcome))
+
+
+def _follow(
+    equilibrium: Equilibrium, start: Float[Array, " n"] | None, steps: int, tolerance: float
+) -> Reached:
+    def run(equilibrium: Equilibrium, start: Float[Array, " n"] | None) -> Reached:
+        return follow(equilibrium, start, steps, tolerance)
+
+    reached: Reached = one_kernel(run, equilibrium, start)
+    return reached
+
+
+@solve_equilibrium.defjvp
+def _jvp(
+    solver: Solver,
+    primals: tuple[Equilibrium, Float[Array, " n"] | None],
+    tangents: tuple[Equilibrium, Float[Array, " n"] | None],
+) -> tuple[Reached, Reached]:
+    equilibrium, start = primals
+    reached = solve_equilibrium(equilibrium, start, solver)
+    steps = solver.steps if isinstance(solver, FixedStep) else _NODES
+    loaded = scaled(equilibrium, reached.load_fraction)
+    loaded_dot = scaled(tangents[0], reached.load_fraction)
+    unknown = reached.unknown
+
+    by_unknown = jax.jacfwd(lambda x: march(loaded, x, steps)[1])(unknown)
+    imbalance_dot = jax.jvp(lambda e: march(e, unknown, steps)[1], (loaded,), (loaded_dot,))[1]
+    unknown_dot = -jnp.linalg.inv(by_unknown) @ imbalance_dot
+    nodes_dot = jax.jvp(lambda e, x: march(e, x, steps)[0], (loaded, unknown), (loaded_dot, unknown_dot))[1]
+    no_tangent = jax.tree.map(custom_derivatives.zero_from_primal, reached)
+    return reached, no_tangent._replace(unknown=unknown_dot, nodes=nodes_dot)

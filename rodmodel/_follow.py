@@ -1,0 +1,291 @@
+"""Shooting with fixed steps: Newton's method, and the growth of the loads where it takes that."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from rodmodel._balance import Equilibrium, State, Variation
+from rodmodel._components import Triple, combine, cross, dot, solve, triple
+from rodmodel._march import Nodes, base_state, step
+from rodmodel._second_variation import end_resists, no_fold
+
+_MAX_SHOTS = 512
+_SMALLEST_LOAD_STEP = 2.0**-16
+
+# What keeps the rod on the branch of equilibria that it takes as the load grows from zero: in a load step, no
+# u L changes by more than the first of these [rad], and no correction of Newton's method is more than the
+# second of the one before (Deuflhard 2011, Newton Methods for Nonlinear Problems, ch. 5). Without them a long
+# load step may end in another one, a coil.
+_MAX_TURN = 1.0
+_CONTRACTION = 0.5
+
+CONVERGED, UNSTABLE, DIVERGED = 0, 1, 2
+"""How the last load step that was tried ended."""
+
+
+class Reached(NamedTuple):
+    """Where a solve ends."""
+
+    unknown: Float[Array, " n"]
+    """u L at the base; after it, where there is a follower force, that force in the base frame [N]."""
+    nodes: Nodes
+    load_fraction: Float[Array, ""]
+    """Of the loads, at which this is an equilibrium; 1 where all went well."""
+    load_steps: Int[Array, ""]
+    shots: Int[Array, ""]
+    """Integrations from base to end."""
+    stable: Bool[Array, ""]
+    outcome: Int[Array, ""]
+    """Of the last load step that was tried."""
+    scale: Float[Array, " n"]
+    """What makes the unknowns numbers near one."""
+
+    @classmethod
+    def free(cls, turn: Float[Array, "3"]) -> "Reached":
+        """Rod without loads, as an arc: nothing was solved."""
+        none, one = jnp.zeros((), int), jnp.ones((), turn.dtype)
+        empty = Nodes(*(jnp.zeros((0, width), turn.dtype) for width in (3, 4, 3)))
+        return cls(turn, empty, one, none, none, jnp.array(True), none + CONVERGED, jnp.ones_like(turn))
+
+
+class _Shot(NamedTuple):
+    correction: Float[Array, " n"]
+    """To be subtracted from the unknown, in its scale."""
+    jacobian: Float[Array, "n n"]
+    nodes: Nodes
+    stable: Bool[Array, ""]
+
+
+class _Progress(NamedTuple):
+    reached: Reached
+    slope: Float[Array, " n"]
+    """Of the unknown by the load fraction, over the last load step."""
+    step: Float[Array, ""]
+    """Load step that is being tried."""
+    guess: Float[Array, " n"]
+    """Unknown that Newton's method tries next."""
+    size: Float[Array, ""]
+    """Size of the last correction to it; infinite for a first guess."""
+    warm: Bool[Array, ""]
+    """Whether this is still the start that was given."""
+
+
+def follow(
+    equilibrium: Equilibrium, start: Float[Array, " n"] | None, steps: int, tolerance: float
+) -> Reached:
+    """Solve for the equilibrium that the rod reaches from its free shape as the loads grow in proportion.
+
+    The whole load is tried; a load step that fails is halved, one that succeeds lets the next be twice as
+    long, from a start extrapolated along the last one.
+
+    Parameters
+    ----------
+    equilibrium : equations and loads.
+    start : where Newton's method is tried first, under the whole load, as after a small change of the loads.
+        The equilibrium it leads to is taken, whether stable or not. If it leads to none, as without it.
+    steps : of the integration.
+    tolerance : on u L at the base [rad].
+
+    Returns
+    -------
+    reached : where the full load cannot be reached, because the rod would buckle or snap on the way or the
+        steps become too small, the equilibrium at the largest fraction of it that was.
+    """
+    law, length = equilibrium.law, equilibrium.actuator.body_length
+    dtype = law.free_curvature.dtype
+    # A force that turns the end by about one, so that all unknowns are numbers near one.
+    force_scale = law.expand(triple(law.free_curvature)).stiffness[0] / length**2
+    scale = jnp.concatenate([jnp.ones(3, dtype), jnp.broadcast_to(force_scale, (3,))])[: equilibrium.unknowns]
+
+    def unfinished(at: _Progress) -> Bool[Array, ""]:
+        possible = (at.step >= _SMALLEST_LOAD_STEP) & (at.reached.shots < _MAX_SHOTS)
+        return (at.reached.load_fraction < 1.0) & possible
+
+    def advance(at: _Progress) -> _Progress:
+        reached = at.reached
+        left = 1.0 - reached.load_fraction
+        target = jnp.where(at.step < left, reached.load_fraction + at.step, 1.0)
+        shot = _shoot(scaled(equilibrium, target), at.guess, steps, scale)
+        correction = -shot.correction
+        size = jnp.max(jnp.abs(correction))
+
+        done = size <= tolerance
+        near = jnp.max(jnp.abs(shot.nodes.turns - reached.nodes.turns)) <= _MAX_TURN
+        good = done & (at.warm | (near & shot.stable))
+        # Written so that a NaN is hopeless.
+        hopeful = ~done & (size <= _CONTRACTION * at.size) & (size <= _MAX_TURN)
+
+        new = Reached(
+            at.guess,
+            shot.nodes,
+            target,
+            reached.load_steps + 1,
+            reached.shots,
+            shot.stable,
+            reached.outcome,
+            scale,
+        )
+        slope = jnp.where(good, (at.guess - reached.unknown) / at.step, at.slope)
+        # A failed warm start is followed by the whole load from the free shape.
+        factor = jnp.where(good, 2.0, jnp.where(hopeful | at.warm, 1.0, 0.5))
+        outcome = jnp.where(good, CONVERGED, jnp.where(done & near, UNSTABLE, DIVERGED))
+        merged = jax.tree.map(lambda a, b: jnp.where(good, a, b), new, reached)
+        merged = merged._replace(
+            shots=reached.shots + 1, outcome=jnp.where(hopeful, reached.outcome, outcome)
+        )
+        step = jnp.minimum(factor * at.step, 1.0 - merged.load_fraction)
+        return _Progress(
+            reached=merged,
+            slope=slope,
+            step=step,
+            guess=jnp.where(hopeful, at.guess + scale * correction, merged.unknown + step * slope),
+            size=jnp.where(hopeful, size, jnp.inf),
+            warm=at.warm & hopeful,
+        )
+
+    return jax.lax.while_loop(unfinished, advance, _begin(equilibrium, start, steps)).reached
+
+
+def shooting_jacobian(
+    equilibrium: Equilibrium, unknown: Float[Array, " n"], steps: int, scale: Float[Array, " n"]
+) -> Float[Array, "n n"]:
+    """Derivative of the imbalance at the end by the unknowns over their scales."""
+    return _shoot(equilibrium, unknown, steps, scale).jacobian
+
+
+def scaled(equilibrium: Equilibrium, fraction: Float[Array, ""]) -> Equilibrium:
+    """Equilibrium under a fraction of the loads."""
+    loads = jax.tree.map(lambda load: fraction * load, equilibrium.loads)
+    return eqx.tree_at(lambda e: e.loads, equilibrium, loads)
+
+
+def _begin(equilibrium: Equilibrium, start: Float[Array, " n"] | None, steps: int) -> _Progress:
+    """Free shape, of which only the curvature is needed."""
+    n, length = equilibrium.unknowns, equilibrium.actuator.body_length
+    free = equilibrium.law.free_curvature
+    dtype = free.dtype
+    fractions = jnp.asarray(np.arange(steps + 1) / steps, dtype)
+    turns = jnp.broadcast_to(length * free, (steps + 1, 3))
+    if equilibrium.zone is not None:
+        turns = turns * equilibrium.zone.factors(length * fractions, length).free[:, None]
+    nowhere = Nodes(jnp.zeros((steps + 1, 3), dtype), jnp.zeros((steps + 1, 4), dtype), turns)
+    none = jnp.zeros((), int)
+    one = jnp.ones((), dtype)
+    unknown = jnp.concatenate([length * equilibrium.base_curvature(), jnp.zeros(n - 3, dtype)])
+    reached = Reached(
+        unknown,
+        nowhere,
+        0.0 * one,
+        none,
+        none,
+        jnp.array(True),
+        none + DIVERGED,
+        jnp.ones(n, dtype),
+    )
+    return _Progress(
+        reached,
+        slope=jnp.zeros(n, dtype),
+        step=one,
+        guess=unknown if start is None else start,
+        size=jnp.inf * one,
+        warm=jnp.array(start is not None),
+    )
+
+
+def _shoot(
+    equilibrium: Equilibrium, unknown: Float[Array, " n"], steps: int, scale: Float[Array, " n"]
+) -> _Shot:
+    """Integrate from base to end, with the neighbouring solutions of each unknown."""
+    n, dtype, size = equilibrium.unknowns, unknown.dtype, 1.0 / steps
+    zero, one = jnp.zeros((), dtype), jnp.ones((), dtype)
+    none = zero, zero, zero
+    axes = [(one, zero, zero), (zero, one, zero), (zero, zero, one)]
+    variations = [Variation(none, axis) for axis in axes]
+    follower: Triple | None = None
+    follower_variations: list[Triple | None] = [None, None, None]
+    if n == 6:
+        follower = triple(unknown[3:])
+        variations += [Variation(none, none) for _ in axes]
+        follower_variations += [combine((scale[3], axis)) for axis in axes]
+
+    def along(
+        number: Int[Array, ""], at: tuple[Triple, State, list[Variation], Bool[Array, ""], Nodes]
+    ) -> tuple[Triple, State, list[Variation], Bool[Array, ""], Nodes]:
+        position, state, before, stable, nodes = at
+        fraction = size * number.astype(dtype)
+        state, shift, after = step(equilibrium, fraction, size, state, follower, before, follower_variations)
+        position = combine((1.0, position), (1.0, shift))
+        stable = stable & ((number == 0) | no_fold(before, after))
+        return position, state, after, stable, _put(nodes, number + 1, position, state)
+
+    start = base_state(triple(unknown[:3]))
+    nodes = Nodes(*(jnp.zeros((steps + 1, width), dtype) for width in (3, 4, 3)))
+    begin = (none, start, variations, jnp.array(True), _put(nodes, 0, none, start))
+    _, end, variations, stable, nodes = jax.lax.fori_loop(0, steps, along, begin)
+    imbalance, changes = equilibrium.linearised_imbalance(end, follower, variations, follower_variations)
+    columns = [jnp.concatenate([jnp.stack(part) for part in change]) for change in changes]
+    jacobian = jnp.stack(columns, axis=1)
+    missing = jnp.concatenate([jnp.stack(part) for part in imbalance])
+    correction, determinant = _solve(jacobian, missing)
+    return _Shot(
+        correction, jacobian, nodes, _is_stable(equilibrium, jacobian, determinant, variations, stable)
+    )
+
+
+def _is_stable(
+    equilibrium: Equilibrium,
+    jacobian: Float[Array, "n n"],
+    determinant: Float[Array, ""],
+    variations: list[Variation],
+    apart: Bool[Array, ""],
+) -> Bool[Array, ""]:
+    """Whether the second variation is positive; without a potential, whether no branching was passed."""
+    no_branching = determinant > 0.0
+    if equilibrium.unknowns == 6:
+        return no_branching
+    loads = equilibrium.loads
+    conservative = jnp.all(loads.end_moment == 0.0) & jnp.all(loads.follower_moment == 0.0)
+    return jnp.where(conservative, apart & end_resists(variations, jacobian), no_branching)
+
+
+def _put(nodes: Nodes, number: Int[Array, ""] | int, position: Triple, state: State) -> Nodes:
+    rows = Nodes(*map(jnp.stack, (position, *state)))
+    return jax.tree.map(
+        lambda all_rows, row: jax.lax.dynamic_update_index_in_dim(all_rows, row, number, 0), nodes, rows
+    )
+
+
+def _solve(
+    matrix: Float[Array, "n n"], right: Float[Array, " n"]
+) -> tuple[Float[Array, " n"], Float[Array, ""]]:
+    """Solution and determinant of a small system."""
+    if matrix.shape[0] != 3:
+        return eliminate(matrix, right)
+    a, b, c = (triple(matrix[:, k]) for k in range(3))
+    return jnp.stack(solve((a, b, c), triple(right))), dot(a, cross(b, c))
+
+
+def eliminate(
+    matrix: Float[Array, "n n"], right: Float[Array, " n"]
+) -> tuple[Float[Array, " n"], Float[Array, ""]]:
+    """Solution of a small system and determinant, by elimination with row pivots.
+
+    LAPACK's would be a library call, which cannot be part of one kernel.
+    """
+    n = matrix.shape[0]
+    rows = jnp.concatenate([matrix, right[:, None]], axis=1)
+    determinant = jnp.ones((), matrix.dtype)
+    for k in range(n):
+        pivot = k + jnp.argmax(jnp.abs(rows[k:, k]))
+        chosen, here = rows[pivot], rows[k]
+        determinant = determinant * jnp.where(pivot == k, chosen[k], -chosen[k])
+        is_pivot = (jnp.arange(n) == pivot)[:, None]
+        rows = jnp.where(is_pivot, here, rows)
+        chosen = chosen / chosen[k]
+        others = rows - rows[:, k, None] * chosen
+        rows = jnp.where((jnp.arange(n) == k)[:, None], chosen, others)
+    return rows[:, n], determinant

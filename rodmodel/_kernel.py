@@ -1,0 +1,83 @@
+"""Compile a function of small arrays to one function of machine code."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from jax.custom_batching import custom_vmap
+from jax.experimental.xla_metadata import set_xla_metadata
+from jaxtyping import Array, Float
+
+# On a CPU, XLA starts a kernel for each fused operation, at 50 ns or more, which is what small arrays cost. A
+# call with these attributes it compiles to one kernel, loops included: what it does by itself for loops over
+# less than 1 kB. Library calls (LAPACK), scatters and sorts cannot be in it.
+_ONE_KERNEL = {"xla_cpu_small_call": "true", "inlineable": "false"}
+
+
+def one_kernel(function: Callable[..., Any], *arguments: Any) -> Any:
+    """Call a function, compiled to one kernel on a CPU and run row by row under `jax.vmap`.
+
+    Row by row, a loop ends when the row is done. Elsewhere than on a CPU, it is left to XLA and `jax.vmap`.
+    Not to be differentiated.
+
+    Parameters
+    ----------
+    function : from pytrees of arrays of one floating-point type to a pytree of arrays of any type, whole
+        numbers in which are exact in that type.
+    arguments : of the function.
+
+    Returns
+    -------
+    result : of the function.
+    """
+    leaves, structure = jax.tree.flatten(arguments)
+    dtype = jnp.result_type(*leaves)
+    shapes = [jnp.shape(leaf) for leaf in leaves]
+    returned = jax.eval_shape(function, *arguments)
+    answers, answer_structure = jax.tree.flatten(returned)
+
+    # One array in and one out: XLA fails on calls within loops whose arguments share or skip buffers.
+    def flat(values: Float[Array, " n"]) -> Float[Array, " m"]:
+        parts = _unpack(values, shapes)
+        result = function(*jax.tree.unflatten(structure, parts))
+        return _pack(jax.tree.leaves(result), dtype)
+
+    compiled = jax.jit(flat, inline=False)
+    rows_of = jax.jit(lambda rows: jax.lax.map(flat, rows), inline=False)
+
+    @custom_vmap
+    def call(values: Float[Array, " n"]) -> Float[Array, " m"]:
+        return _call(compiled, values)
+
+    @call.def_vmap
+    def rows(size: int, batched: list[bool], values: Float[Array, "rows n"]) -> tuple[Array, bool]:
+        del size, batched
+        if jax.default_backend() != "cpu":
+            return jax.vmap(flat)(values), True
+        return _call(rows_of, values), True
+
+    parts = _unpack(call(_pack(leaves, dtype)), [answer.shape for answer in answers])
+    typed = [part.astype(answer.dtype) for part, answer in zip(parts, answers, strict=True)]
+    return jax.tree.unflatten(answer_structure, typed)
+
+
+def _pack(leaves: list[Any], dtype: jnp.dtype) -> Float[Array, " n"]:
+    return jnp.concatenate([jnp.ravel(leaf).astype(dtype) for leaf in leaves])
+
+
+def _unpack(values: Float[Array, " n"], shapes: list[tuple[int, ...]]) -> list[Array]:
+    parts, first = [], 0
+    for shape in shapes:
+        last = first + math.prod(shape)
+        parts.append(values[first:last].reshape(shape))
+        first = last
+    return parts
+
+
+def _call(compiled: Callable[[Array], Array], values: Array) -> Array:
+    if jax.default_backend() != "cpu":
+        return compiled(values)
+    with set_xla_metadata(**_ONE_KERNEL):
+        return compiled(values)

@@ -1,0 +1,73 @@
+"""Loads on the rod, and what of them enters its equations."""
+
+from typing import NamedTuple, final
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from rodmodel.calibration_file import Actuator
+
+Vector = Float[Array, "3"]
+
+
+@final
+class Loads(eqx.Module):
+    """Loads in the frame of the base. What is None is absent and costs nothing.
+
+    Attributes
+    ----------
+    tip_force : dead, at the centre of the cap's outer face [N].
+    tip_moment : dead, on the cap [N m].
+    gravity : acceleration [m/s²].
+    distributed_force : dead, along the body [N/m].
+    follower_force : at the centre of the cap's outer face, in the frame of the cap [N].
+    follower_moment : on the cap, in its frame [N m].
+    """
+
+    tip_force: Vector | None = None
+    tip_moment: Vector | None = None
+    gravity: Vector | None = None
+    distributed_force: Vector | None = None
+    follower_force: Vector | None = None
+    follower_moment: Vector | None = None
+
+
+class Resultants(NamedTuple):
+    """What acts on the end of the body, and what it gains towards the base.
+
+    The force on a section is `end_force` + (1 − s/L) `body_force`, plus the follower force in the base
+    frame; the moment at the end of the body is `end_moment` + d₃ × `lever` + R `follower_moment`, plus d₃ ×
+    the follower force times the length of the cap.
+    """
+
+    end_force: Vector
+    """Tip force and weight of the cap [N]."""
+    body_force: Vector
+    """Weight of the body and distributed force over its length [N]."""
+    lever: Vector
+    """Dead forces on the cap times their distances from the end of the body [N m]."""
+    end_moment: Vector
+    """[N m]"""
+    follower_moment: Vector
+    """[N m], frame of the cap."""
+    follower_force: Vector | None
+    """[N], frame of the cap."""
+
+
+def resultants(loads: Loads, actuator: Actuator, dtype: jnp.dtype) -> Resultants:
+    """Sum the loads up."""
+
+    def given(load: Vector | None) -> Vector:
+        return jnp.zeros(3, dtype) if load is None else load
+
+    force, gravity = given(loads.tip_force), given(loads.gravity)
+    length, cap = actuator.body_length, actuator.cap_length
+    return Resultants(
+        end_force=force + actuator.cap_mass * gravity,
+        body_force=length * (actuator.mass_per_length * gravity + given(loads.distributed_force)),
+        lever=cap * (force + 0.5 * actuator.cap_mass * gravity),
+        end_moment=given(loads.tip_moment),
+        follower_moment=given(loads.follower_moment),
+        follower_force=loads.follower_force,
+    )

@@ -283,6 +283,15 @@ class ActuatorEquations:
         load, *_ = self._load(linear.positions, target)
         return np.where(self.clamped, linear.force - load, 0.0)
 
+    def convex_walls(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
+        """The stiffness' data with the walls' contact made convex, pair by pair."""
+        x, data = linear.positions, linear.data.copy()
+        response = self.walls.response(x)
+        if response is not None:
+            change = self.walls.convex_hessian(x) - response[1]
+            self.pattern.add_entries(data, *self._wall_entries(change))
+        return data
+
     def _wall_entries(self, hessian: sparse.csr_matrix) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         full = hessian.tocoo()
         rows, columns = self._number[full.row], self._number[full.col]

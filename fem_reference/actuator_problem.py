@@ -1,5 +1,7 @@
 """The full actuator as a problem for Newton's method: its steps, and what blocks them."""
 
+from dataclasses import replace
+
 import numpy as np
 from jaxtyping import Float
 
@@ -10,8 +12,10 @@ from fem_reference.newton import NewtonError, Problem
 from fem_reference.rod_frame import RodFrame
 
 _WALL_MARGIN = 0.9
-# Largest displacement of a node in one step [mm].
-_MAX_MOVE = 6.0
+# Displacement above which a step follows the rod's turns instead of straight lines [mm], and the share of it
+# that stands for its tangent.
+_STRAIGHT = 0.02
+_TANGENT = 1e-3
 
 
 class ActuatorStep:
@@ -30,6 +34,7 @@ class ActuatorProblem(Problem):
     """
 
     constraints = 0
+    reach = 1.5
 
     def __init__(self, equations: ActuatorEquations) -> None:
         self.equations = equations
@@ -45,6 +50,10 @@ class ActuatorProblem(Problem):
     def linearise(self, at: Deformation, target: ActuatorTarget) -> ActuatorLinearisation:
         """See `ActuatorEquations.linearise`."""
         return self.equations.linearise(at, target)
+
+    def convex_walls(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
+        """See `ActuatorEquations.convex_walls`."""
+        return self.equations.convex_walls(linear)
 
     def imbalance(self, linear: ActuatorLinearisation, target: ActuatorTarget) -> float:
         """None: every unknown is in the sparse system."""
@@ -74,15 +83,19 @@ class ActuatorProblem(Problem):
         return True
 
     def longest(self, step: ActuatorStep) -> float:
-        """Share of a step that moves no point farther than a linearisation stands for."""
-        move = float(np.abs(step.positions).max())
-        return min(1.0, _MAX_MOVE / move) if move > 0.0 else 1.0
+        """The whole step: its length is limited by ``reach``."""
+        return 1.0
 
     def advance(
         self, at: Deformation, step: ActuatorStep, fraction: float, linear: ActuatorLinearisation
     ) -> Deformation:
-        """See `ActuatorEquations.advance`."""
-        return self.equations.advance(at, step.positions, fraction, linear)
+        """See `ActuatorEquations.advance`; a long step is taken in the frame of the rod."""
+        linearly = self.equations.advance(at, step.positions, fraction, linear)
+        if fraction * float(np.abs(step.positions).max()) < _STRAIGHT:
+            return linearly
+        nearby = at.positions + _TANGENT * step.positions
+        ratio = fraction / _TANGENT
+        return replace(linearly, positions=self._mean([at.positions, nearby], [1.0 - ratio, ratio]))
 
     def allowed(self, linear: ActuatorLinearisation, trial: Deformation) -> float:
         """Share of a trial step before walls meet; half, where the rod or an element blocks it."""
@@ -102,12 +115,18 @@ class ActuatorProblem(Problem):
         def mixed(name: str) -> np.ndarray:
             return sum(w * getattr(state, name) for w, state in zip(weights, states, strict=True))
 
-        positions = self._frame.mean([state.positions for state in states], weights)
-        held = self.equations.clamped
-        positions[held] = self.equations.rest_positions[held]
         return Deformation(
-            positions, mixed("element_pressure"), mixed("segment_tension"), mixed("axis_tension")
+            self._mean([state.positions for state in states], weights),
+            *(mixed(name) for name in ("element_pressure", "segment_tension", "axis_tension")),
         )
+
+    def _mean(
+        self, positions: list[Float[np.ndarray, "points 3"]], weights: list[float]
+    ) -> Float[np.ndarray, "points 3"]:
+        mean = self._frame.mean(positions, weights)
+        held = self.equations.clamped
+        mean[held] = self.equations.rest_positions[held]
+        return mean
 
     def may_start(self, at: Deformation, guess: Deformation) -> bool:
         """Whether an extrapolated deformation is one that Newton's method can start from."""

@@ -28,7 +28,7 @@ class SparsePattern:
         self.size = size
         #: Names this pattern among all, so that a solver knows when to analyse anew.
         self.revision = next(_REVISIONS)
-        self._local_keys = []
+        local_keys = []
         self._chosen = []
         for dofs in groups:
             local = dofs.shape[1]
@@ -36,15 +36,16 @@ class SparsePattern:
             columns = np.tile(dofs, (1, local)).ravel()
             chosen = np.flatnonzero((rows >= 0) & (rows <= columns))
             self._chosen.append(chosen)
-            self._local_keys.append(rows[chosen] * np.int64(size) + columns[chosen])
+            local_keys.append(rows[chosen] * np.int64(size) + columns[chosen])
         rows, columns = entries
         diagonal = np.arange(size, dtype=np.int64) * (size + 1)
         fixed = np.minimum(rows, columns) * np.int64(size) + np.maximum(rows, columns)
-        self._set(np.unique(np.concatenate([*self._local_keys, fixed, diagonal])))
+        keys = np.unique(np.concatenate([*local_keys, fixed, diagonal]))
+        self._positions = [np.searchsorted(keys, k) for k in local_keys]
+        self._set(keys)
 
     def _set(self, keys: Int[np.ndarray, " nonzeros"]) -> None:
         self._keys = keys
-        self._positions = [np.searchsorted(keys, k) for k in self._local_keys]
         rows = keys // self.size
         self.indices = (keys % self.size).astype(np.int32)
         self.indptr = np.searchsorted(rows, np.arange(self.size + 1)).astype(np.int32)
@@ -61,9 +62,12 @@ class SparsePattern:
         """Add the entries of the upper triangle that the pattern lacks; a change gives a new ``revision``."""
         wanted = rows * np.int64(self.size) + columns
         at = np.minimum(np.searchsorted(self._keys, wanted), len(self._keys) - 1)
-        missing = wanted[self._keys[at] != wanted]
+        missing = np.unique(wanted[self._keys[at] != wanted])
         if missing.size:
-            self._set(np.union1d(self._keys, missing))
+            before = np.searchsorted(self._keys, missing)
+            shift = np.cumsum(np.bincount(before, minlength=len(self._keys)))
+            self._positions = [p + shift[p] for p in self._positions]
+            self._set(np.insert(self._keys, before, missing))
             self.revision = next(_REVISIONS)
 
     def add_group(

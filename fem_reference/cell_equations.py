@@ -230,6 +230,15 @@ class CellEquations:
             length_gradient=thread[2],
         )
 
+    def convex_walls(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
+        """The stiffness' data with the walls' contact made convex, pair by pair."""
+        x, data = linear.frame.positions, linear.data.copy()
+        response = self.walls.response(x)
+        if response is not None:
+            change = self.walls.convex_hessian(x) - response[1]
+            self.pattern.add_entries(data, *_upper_entries(linear.frame, change))
+        return data
+
     def advance(
         self, at: Configuration, step: Step, fraction: float, linear: CellLinearisation
     ) -> Configuration:

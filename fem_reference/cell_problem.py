@@ -61,6 +61,7 @@ class CellProblem(Problem):
     """
 
     constraints = GAUGES
+    reach = 0.3
 
     def __init__(self, equations: CellEquations) -> None:
         self.equations = equations
@@ -78,6 +79,10 @@ class CellProblem(Problem):
     def linearise(self, at: Configuration, target: CellTarget) -> CellLinearisation:
         """See `CellEquations.linearise`."""
         return self.equations.linearise(at, target.pressure)
+
+    def convex_walls(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
+        """See `CellEquations.convex_walls`."""
+        return self.equations.convex_walls(linear)
 
     def imbalance(self, linear: CellLinearisation, target: CellTarget) -> float:
         """Moment that the section lacks [N mm], in free bending."""

@@ -10,10 +10,11 @@ Far from equilibrium a matrix with the wrong inertia would lead to a saddle or r
 the identity is then added until the inertia is that of a minimum. Close to equilibrium the matrix is left as
 it is.
 
-Globalisation is a line search whose merit is the size of the Newton step itself: steps must shrink from one
-iterate to the next (the ordinary monotonicity test), or the last one is taken again at half its length. The
-energy would not do for a merit: a good step swings the inextensible thread, and its energy jumps by orders of
-magnitude before it falls. Nor would the residual forces, for the same reason.
+Globalisation is a line search whose merit is the size of the Newton step itself: a step may not be much
+longer than the one before (the ordinary monotonicity test), or that one is taken again at half its length; no
+step is longer than the problem's reach. The energy would not do for a merit: a good step swings the
+inextensible thread, and its energy jumps by orders of magnitude before it falls. Nor would the residual
+forces, for the same reason.
 
 References
 ----------
@@ -50,20 +51,20 @@ CONTACT_FORCE_TOLERANCE = 1e-3
 MAX_ITERATIONS = 30
 
 _MAX_BACKTRACKS = 12
-# Iterations before a residual that does not fall is answered with half steps, or taken for the contact's
-# noise.
+# Iterations before steps that contract by less than this are halved, or taken for the contact's noise.
 _SETTLING = 5
+_CONTRACTION = 0.7
 _PATIENCE = 5
-# Line search: a step may be this much larger than the one before; how often one is halved; and how large a
-# step must be [mm] for its growth to mean anything.
+# Line search: a step may be this much larger than the one before; how often one is halved; and the share of
+# the problem's reach below which growth is let pass.
 _GROWTH = 2.0
 _MAX_HALVINGS = 2
-_SMALL_STEP = 1e-4
+_FLOOR = 0.1
 # Shift of the stiffness [N/mm]: applied above this residual [N], from the first value upwards by factors.
 _SHIFT_ABOVE = 1e-4
-_FIRST_SHIFT = 1e-3
-_SHIFT_FACTOR = 4.0
-_MAX_SHIFTS = 8
+_FIRST_SHIFT = 1e-4
+_SHIFT_FACTOR = 3.0
+_LAST_SHIFT = 10.0
 
 
 class NewtonError(ArithmeticError):
@@ -114,6 +115,8 @@ class Problem(abc.ABC):
     #: Sparsity of the stiffness, and how many of its unknowns are multipliers with a negative pivot each.
     pattern: SparsePattern
     constraints: int
+    #: Root-mean-square displacement that a step may have [mm].
+    reach: float
 
     @abc.abstractmethod
     def begin(self, start: Any, target: Any) -> Any:
@@ -122,6 +125,10 @@ class Problem(abc.ABC):
     @abc.abstractmethod
     def linearise(self, at: Any, target: Any) -> Any:
         """Residual and stiffness."""
+
+    @abc.abstractmethod
+    def convex_walls(self, linear: Any) -> Float[np.ndarray, " nonzeros"]:
+        """The stiffness' data with the walls' contact made convex, pair by pair."""
 
     @abc.abstractmethod
     def imbalance(self, linear: Any, target: Any) -> float:
@@ -160,8 +167,17 @@ class Problem(abc.ABC):
         """Whether ``guess``, extrapolated from the equilibrium ``at``, is one to iterate from."""
 
 
-def solve_equilibrium(problem: Problem, solver: SymmetricSolver, target: Any, start: Any) -> Equilibrium:
+def solve_equilibrium(
+    problem: Problem, solver: SymmetricSolver, target: Any, start: Any, inertia: int = 0
+) -> Equilibrium:
     """Iterate from ``start`` to equilibrium under ``target``; the solver is left with the factors there.
+
+    Parameters
+    ----------
+    problem, solver, target : what, by what, and under which loads.
+    start : configuration to iterate from.
+    inertia : negative eigenvalues of the branch of equilibria that is followed: 0 for minima of the energy. A
+        matrix with more of them is damped.
 
     Raises
     ------
@@ -171,6 +187,7 @@ def solve_equilibrium(problem: Problem, solver: SymmetricSolver, target: Any, st
     at = problem.begin(start, target)
     history: list[float] = []
     last: _Taken | None = None
+    shift = 0.0
     for iteration in range(MAX_ITERATIONS):
         linear = problem.linearise(at, target)
         force = float(np.abs(linear.residual).max())
@@ -182,30 +199,33 @@ def solve_equilibrium(problem: Problem, solver: SymmetricSolver, target: Any, st
             excess = None if negative is None else negative - problem.constraints
             if force <= FORCE_TOLERANCE and moment <= MOMENT_TOLERANCE:
                 return Equilibrium(at, linear, iteration, force, excess)
-            shifted = bool(excess) and force > _SHIFT_ABOVE
-            if shifted:
-                _factorise_shifted(problem, solver, linear)
             step = problem.newton_step(solver, linear, target)
+            size = problem.size(step, linear)
+            damped = excess is not None and excess > inertia and force > _SHIFT_ABOVE
+            if damped:
+                shift = _factorise_damped(problem, solver, linear, shift, inertia)
+                step = problem.newton_step(solver, linear, target)
+                size = problem.size(step, linear)
+            elif last is not None and last.overshot(size, problem.reach):
+                _LOG.debug("the step would grow to %.2e mm: the last one is halved", size)
+                last = last.halved()
+                at = _admissible_part(problem, last.origin, last.step, last.linear, last.fraction)
+                continue
         except SingularMatrixError as error:
             raise NewtonError(f"iteration {iteration}: {error}") from error
-        size = problem.size(step, linear)
         _LOG.debug(
             "iteration %d: force %.2e N, moment %.2e N mm, step %.2e mm, excess %s%s",
-            *(iteration, force, moment, size, excess, ", shifted" if shifted else ""),
+            *(iteration, force, moment, size, excess, ", damped" if damped else ""),
         )
         if size <= _ROUND_OFF_STEP and force <= _ROUND_OFF_FORCE and moment <= MOMENT_TOLERANCE:
             return Equilibrium(at, linear, iteration, force, excess)
-        if last is not None and not shifted and last.overshot(size):
-            _LOG.debug("the step grew from %.2e mm: the last one is halved", last.size)
-            last = last.halved()
-            at = _admissible_part(problem, last.origin, last.step, last.linear, last.fraction)
-            continue
-        if iteration >= _PATIENCE and linear.walls_touch and not shifted and _at_noise(problem, step, force):
+        if iteration >= _PATIENCE and linear.walls_touch and not damped and _at_noise(problem, step, force):
             return Equilibrium(at, linear, iteration, force, excess)
         history.append(force)
-        stalled = len(history) > _SETTLING and history[-1] > 0.5 * history[-3]
-        fraction = min(problem.longest(step), 0.5 if stalled else 1.0)
-        last = None if shifted else _Taken(at, step, linear, size, fraction)
+        stalled = iteration >= _SETTLING and last is not None and size > _CONTRACTION * last.size
+        longest = min(problem.longest(step), problem.reach / max(size, problem.reach))
+        fraction = min(longest, 0.5 if stalled else 1.0)
+        last = None if damped else _Taken(at, step, linear, size, fraction)
         at = _admissible_part(problem, at, step, linear, fraction)
     raise NewtonError(
         f"no convergence in {MAX_ITERATIONS} iterations; the last residual forces are "
@@ -225,9 +245,9 @@ class _Taken:
     fraction: float
     halvings: int = 0
 
-    def overshot(self, size: float) -> bool:
+    def overshot(self, size: float, reach: float) -> bool:
         """Whether the step that followed grew, and a shorter one is worth trying."""
-        return size > max(_GROWTH * self.size, _SMALL_STEP) and self.halvings < _MAX_HALVINGS
+        return size > max(_GROWTH * self.size, _FLOOR * reach) and self.halvings < _MAX_HALVINGS
 
     def halved(self) -> "_Taken":
         return _Taken(self.origin, self.step, self.linear, self.size, 0.5 * self.fraction, self.halvings + 1)
@@ -241,17 +261,25 @@ def _at_noise(problem: Problem, step: Any, force: float) -> bool:
     )
 
 
-def _factorise_shifted(problem: Problem, solver: SymmetricSolver, linear: Linearisation) -> None:
-    """Factorise the stiffness plus the first tried multiple of the identity that makes it a minimum's."""
-    shift = _FIRST_SHIFT
+def _factorise_damped(
+    problem: Problem, solver: SymmetricSolver, linear: Linearisation, last: float, inertia: int
+) -> float:
+    """Factorise a stiffness of the branch's inertia: walls made convex, then the diagonal raised.
+
+    Returns the shift, to start from near ``last`` in the next iteration.
+    """
+    base = problem.convex_walls(linear) if linear.walls_touch else linear.data
     diagonal = problem.pattern.diagonal[: problem.pattern.size - problem.constraints]
-    for _ in range(_MAX_SHIFTS):
-        data = linear.data.copy()
+    shift = last / _SHIFT_FACTOR**2 if last > _FIRST_SHIFT else 0.0
+    while shift <= _LAST_SHIFT:
+        data = base.copy()
         data[diagonal] += shift
-        if solver.factorise(problem.pattern.matrix(data), problem.pattern.revision) == problem.constraints:
-            return
-        shift *= _SHIFT_FACTOR
-    raise NewtonError(f"the stiffness stays indefinite under a shift of {shift / _SHIFT_FACTOR:g} N/mm")
+        negative = solver.factorise(problem.pattern.matrix(data), problem.pattern.revision)
+        _LOG.debug("shift %.1e N/mm: %s negative pivots", shift, negative)
+        if negative is not None and negative <= problem.constraints + inertia:
+            return shift
+        shift = max(_FIRST_SHIFT, _SHIFT_FACTOR * shift)
+    raise NewtonError(f"the stiffness stays indefinite under a shift of {_LAST_SHIFT:g} N/mm")
 
 
 def _admissible_part(problem: Problem, at: Any, step: Any, linear: Any, fraction: float) -> Any:

@@ -1,7 +1,7 @@
 """Continuation of equilibria along straight paths of load, with extrapolation and step control."""
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ _SMALLEST = 0.05
 # Earlier states kept for extrapolation, and the largest sum of absolute weights beyond a straight line.
 _STATES = 2
 _AMPLIFICATION = 8.0
+_PREDICTOR_CUTS = 6
 # Steps beyond a spot where contact pairs change kind, tried when ever smaller ones all fail before it.
 _LEAPS = (0.1, 0.2)
 
@@ -82,6 +83,8 @@ class PathFollower:
         if not isinstance(memory, PathMemory):
             memory = PathMemory(memory, [], np.zeros(0))
         self.step, self._earlier, self._heading = memory.step, memory.earlier, memory.heading
+        # Whether the solver's factors are no longer those of the equilibrium at hand.
+        self._failed = False
 
     @property
     def memory(self) -> PathMemory:
@@ -139,12 +142,16 @@ class PathFollower:
         start = at
         if self._earlier and step > 0.0:
             guesses = (self._extrapolate(step, count) for count in range(len(self._earlier), 0, -1))
-            start = next((g for g in guesses if g is not None and self.problem.may_start(at, g)), at)
+            good = (g for g in guesses if g is not None and self.problem.may_start(at, g))
+            start = next(good, None) or self._predict(target)
         try:
-            found = solve_equilibrium(self.problem, self.solver, target, start)
+            inertia = self.equilibrium.excess_negative or 0
+            found = solve_equilibrium(self.problem, self.solver, target, start, inertia)
         except NewtonError as error:
             _LOG.debug("a step of %.3g failed: %s", step, error)
+            self._failed = True
             return False
+        self._failed = False
         earlier = [(at, 0.0), *self._earlier][:_STATES]
         self._earlier = [(state, back + step) for state, back in earlier] if step > 0.0 else []
         self.equilibrium, self.target = found, target
@@ -154,6 +161,26 @@ class PathFollower:
         elif found.iterations > _HARD:
             self.step = step * _SHRINK
         return True
+
+    def _predict(self, target: Any) -> Any:
+        """Where the stiffness at hand takes the equilibrium under the new load, as far as nothing blocks.
+
+        The stiffness is that under the old load: a new pressure makes that of an unchanged shape indefinite.
+        """
+        at, linear = self.equilibrium.configuration, self.equilibrium.linear
+        if linear is None or self._failed:
+            linear = self.problem.linearise(at, self.target)
+            self.solver.factorise(self.problem.pattern.matrix(linear.data), self.problem.pattern.revision)
+        loaded = replace(linear, residual=self.problem.linearise(at, target).residual)
+        step = self.problem.newton_step(self.solver, loaded, target)
+        fraction = self.problem.longest(step)
+        for _ in range(_PREDICTOR_CUTS):
+            guess = self.problem.advance(at, step, fraction, linear)
+            allowed = self.problem.allowed(linear, guess)
+            if allowed >= 1.0:
+                return guess
+            fraction *= allowed
+        return at
 
     def _extrapolate(self, step: float, degree: int) -> Any | None:
         """Polynomial through the last states on this leg; None where it would amplify their errors."""

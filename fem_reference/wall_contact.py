@@ -70,11 +70,24 @@ class WallContact:
             return None
         force = np.zeros_like(positions)
         force[self.nodes] = self._potential.gradient(collisions, self._mesh, vertices).reshape(-1, 3)
-        local = self._potential.hessian(collisions, self._mesh, vertices).tocoo()
+        return force, self._hessian(collisions, vertices, positions.size, ipctk.PSDProjectionMethod.NONE)
+
+    def convex_hessian(self, positions: Float[np.ndarray, "nodes 3"]) -> sparse.csr_matrix:
+        """The Hessian with every pair's own negative eigenvalues set to zero."""
+        vertices = self._vertices(positions)
+        collisions = self._collisions(vertices)
+        return self._hessian(collisions, vertices, positions.size, ipctk.PSDProjectionMethod.CLAMP)
+
+    def _hessian(
+        self,
+        collisions: ipctk.NormalCollisions,
+        vertices: np.ndarray,
+        size: int,
+        projection: ipctk.PSDProjectionMethod,
+    ) -> sparse.csr_matrix:
+        local = self._potential.hessian(collisions, self._mesh, vertices, projection).tocoo()
         dofs = (3 * self.nodes[:, None] + np.arange(3)).ravel()
-        size = positions.size
-        full = sparse.csr_matrix((local.data, (dofs[local.row], dofs[local.col])), shape=(size, size))
-        return force, full
+        return sparse.csr_matrix((local.data, (dofs[local.row], dofs[local.col])), shape=(size, size))
 
     def step_limit(self, start: Float[np.ndarray, "nodes 3"], end: Float[np.ndarray, "nodes 3"]) -> float:
         """Largest fraction of the straight step from ``start`` to ``end`` before walls touch."""

@@ -1,7 +1,8 @@
 """Progress of a path of loads on a terminal, with its rate and the time left."""
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from typing import TypeVar
 
 from rich.console import Console
 from rich.progress import (
@@ -13,11 +14,23 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from fem_reference.actuator import ActuatorState
 from fem_reference.cell import CellState
+
+T = TypeVar("T")
 
 
 def track(states: Iterable[CellState], total: int) -> Iterator[CellState]:
-    """Pass the states through, and show each on standard error where that is a terminal."""
+    """Pass the cell's states through, and show each on standard error where that is a terminal."""
+    return _track(states, total, lambda state: (state.pressure, state.iterations))
+
+
+def track_actuator(states: Iterable[ActuatorState], total: int) -> Iterator[ActuatorState]:
+    """Pass the actuator's states through, and show each on standard error where that is a terminal."""
+    return _track(states, total, lambda state: (state.load.pressure, state.settled.iterations))
+
+
+def _track(states: Iterable[T], total: int, told: Callable[[T], tuple[Iterable[float], int]]) -> Iterator[T]:
     bar = Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -32,10 +45,9 @@ def track(states: Iterable[CellState], total: int) -> Iterator[CellState]:
     with bar:
         task = bar.add_task("load steps", total=total, rate="")
         for state in states:
-            pressures = " ".join(f"{p / 1e3:.1f}" for p in state.pressure)
+            pressure, iterations = told(state)
+            pressures = " ".join(f"{p / 1e3:.1f}" for p in pressure)
             speed = bar.tasks[task].speed
             rate = "" if speed is None else f"{speed:.2f} steps/s"
-            bar.update(
-                task, advance=1, description=f"{pressures} kPa, {state.iterations} iterations", rate=rate
-            )
+            bar.update(task, advance=1, description=f"{pressures} kPa, {iterations} iterations", rate=rate)
             yield state

@@ -1,0 +1,91 @@
+"""Write states of the actuator for ParaView: deformed hexahedra, the winding and the rod's axis as lines."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import meshio
+import numpy as np
+import skfem.io.meshio as skfem_meshio
+
+from fem_reference.actuator import Actuator, ActuatorState
+
+_KPA_PER_MPA = 1e3
+BODY, WINDING, ROD = 0, 1, 2
+
+
+def write_actuator_vtk(actuator: Actuator, state: ActuatorState, file: str | Path) -> None:
+    """Write the deformed actuator as an unstructured grid, in millimetres.
+
+    Point data: ``displacement_mm``. Cell data: ``part`` (0 body, 1 winding, 2 rod), ``pressure_kpa`` (mean
+    pressure in the silicone, positive in compression) and ``tension_n`` (of the thread and of the rod).
+
+    Parameters
+    ----------
+    actuator, state : the actuator and one of its states.
+    file : to write; the suffix chooses the format.
+
+    Raises
+    ------
+    ValueError
+        For another suffix than ``.vtu`` or ``.vtk``.
+    """
+    file = Path(file)
+    if file.suffix not in (".vtu", ".vtk"):
+        raise ValueError(f"file: got {file.name!r}, expected a name that ends in .vtu or .vtk")
+    equations, thread = actuator.equations, actuator.equations.thread
+    nodes, basis = equations.nodes, equations.basis
+    stations = np.linspace(0.0, basis.length, basis.spans + 1)
+
+    def points(x: np.ndarray) -> np.ndarray:
+        return np.concatenate([x[:nodes], thread.points(x), basis.values(stations) @ x[nodes:]])
+
+    rest, moved = points(equations.rest_positions), points(state.deformation.positions)
+    hexes = skfem_meshio.to_meshio(equations.mesh).cells_dict["hexahedron"]
+    lines = [np.column_stack([line[:-1], line[1:]]) for line in thread.polylines]
+    winding = nodes + np.concatenate([np.empty((0, 2), int), *lines])
+    axis = len(rest) - len(stations) + np.column_stack([np.arange(basis.spans), np.arange(basis.spans) + 1])
+    # The element pressure is positive in tension.
+    pressure = -_KPA_PER_MPA * state.deformation.element_pressure
+    counts = (len(hexes), len(winding), len(axis))
+    zeros = [np.zeros(count) for count in counts]
+    meshio.Mesh(
+        moved,
+        [("hexahedron", hexes), ("line", winding), ("line", axis)],
+        point_data={"displacement_mm": moved - rest},
+        cell_data={
+            "part": [np.full(n, part) for n, part in zip(counts, (BODY, WINDING, ROD), strict=True)],
+            "pressure_kpa": [pressure, zeros[1], zeros[2]],
+            "tension_n": [
+                zeros[0],
+                thread.tension(state.deformation.positions),
+                equations.axis.tension(state.deformation.positions[nodes:]),
+            ],
+        },
+    ).write(file)
+
+
+def write_actuator_series(actuator: Actuator, states: Iterable[ActuatorState], file: str | Path) -> None:
+    """Write states as ``NAME_0001.vtu`` … and the collection ``NAME.pvd``, which ParaView plays.
+
+    Parameters
+    ----------
+    actuator, states : the actuator and its states, one after another.
+    file : the collection's; its time is the largest pressure in kPa.
+
+    Raises
+    ------
+    ValueError
+        For another suffix than ``.pvd``.
+    """
+    file = Path(file)
+    if file.suffix != ".pvd":
+        raise ValueError(f"file: got {file.name!r}, expected a name that ends in .pvd")
+    entries = []
+    for number, state in enumerate(states, start=1):
+        part = file.with_name(f"{file.stem}_{number:04d}.vtu")
+        write_actuator_vtk(actuator, state, part)
+        entries.append(f'<DataSet timestep="{max(state.load.pressure) / 1e3:g}" file="{part.name}"/>')
+    body = "\n".join(entries)
+    file.write_text(
+        f'<VTKFile type="Collection" version="0.1"><Collection>\n{body}\n</Collection></VTKFile>\n'
+    )

@@ -1,0 +1,29 @@
+"""The command ``rodmodel-fem``: the finite-element reference, for people and for programs."""
+
+import sys
+from collections.abc import Sequence
+
+from fem_reference.cli import _actuator, _cell
+from fem_reference.cli._arguments import BAD_INPUT, InputError, Parser
+
+__all__ = ["main"]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command.
+
+    Returns
+    -------
+    status : 0 good; 2 bad input, told in one line on standard error; 3 no convergence, with what was reached.
+    """
+    parser = Parser(prog="rodmodel-fem", description="3D finite elements of a soft pneumatic actuator.")
+    commands = parser.add_subparsers(required=True, metavar="cell | actuator")
+    _cell.add_command(commands)
+    _actuator.add_command(commands)
+    try:
+        options = parser.parse_args(arguments)
+        status: int = options.command(options)
+    except InputError as error:
+        print(f"rodmodel-fem: {error}", file=sys.stderr)
+        return BAD_INPUT
+    return status

@@ -1,0 +1,155 @@
+"""``rodmodel-fem actuator``: the whole length, with cap, tip loads and gravity."""
+
+import argparse
+import json
+import math
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from fem_reference.actuator import BONDS, DENSITY, Actuator, ActuatorError
+from fem_reference.actuator_load import ActuatorLoad
+from fem_reference.actuator_picture import draw_actuator
+from fem_reference.actuator_record import load_record, state_record
+from fem_reference.actuator_run import ActuatorRun, RunError
+from fem_reference.actuator_vtk import write_actuator_vtk
+from fem_reference.cli._arguments import (
+    GOOD,
+    NO_CONVERGENCE,
+    InputError,
+    add_actuator,
+    check_writable,
+    numbers,
+    optional,
+    read_geometry,
+    read_winding,
+    with_flags,
+)
+from fem_reference.progress import track_actuator
+
+_STEP_KPA = 5.0
+
+
+def add_command(commands: Any) -> None:
+    """Add the command to the parser's."""
+    actuator = commands.add_parser(
+        "actuator", help="the whole length, clamped at its base: angle, plane, tip, volumes, axis"
+    )
+    add = actuator.add_argument
+    add_actuator(add)
+    add("--tip-force-n", nargs="+", metavar="F", help="FX FY FZ: on the cap's outer face [N]")
+    add("--tip-moment-nmm", nargs="+", metavar="M", help="MX MY MZ: on the cap's outer face [N mm]")
+    add("--follower", action="store_true", help="tip force and moment turn with the cap")
+    add("--gravity", nargs="+", metavar="G", help="GX GY GZ: acceleration [m/s²], (0, 0, -9.81) if upright")
+    add("--density-kg-per-m3", nargs="+", default=[str(DENSITY)], metavar="D", help="(default: %(default)s)")
+    add(
+        "--bonded",
+        default="cap",
+        help=f"cavity bonded to the rod in: {', '.join(BONDS)} (default: %(default)s)",
+    )
+    add("--run", metavar="DIR", help="keep every load step there; go on from the last one if it was killed")
+    add("--json", action="store_true", help="print one JSON object and nothing else")
+    add("--vtk", metavar="FILE", help="write the deformed body and its winding for ParaView (.vtu, .vtk)")
+    add("--plot", metavar="FILE", help="draw the deformed body (.png, .pdf, .svg)")
+    actuator.set_defaults(command=_actuator)
+
+
+def _actuator(options: argparse.Namespace) -> int:
+    if options.vtk is not None:
+        check_writable("--vtk", Path(options.vtk))
+    if options.plot is not None:
+        check_writable("--plot", Path(options.plot), (".png", ".pdf", ".svg"))
+    density = numbers("--density-kg-per-m3", options.density_kg_per_m3, 1, "kg/m³")[0]
+    try:
+        winding = read_winding(options)
+        loads = _ramp(_load(options))
+        actuator = Actuator(
+            read_geometry(options), winding, options.elements, density=density, bonded=options.bonded
+        )
+        states = actuator.follow(loads)
+        if options.run is not None:
+            states = ActuatorRun(options.run, _description(actuator, loads)).states(actuator, loads)
+    except (ValueError, RunError) as error:
+        raise InputError(with_flags(str(error))) from error
+
+    state, status = None, GOOD
+    try:
+        *_, state = track_actuator(states, len(loads))
+    except ActuatorError as error:
+        state, status = error.last_good, NO_CONVERGENCE
+        print(f"rodmodel-fem: {error}; the last converged state is given", file=sys.stderr)
+    if state is None:
+        return status
+    record = state_record(state) | {
+        "converged": status == GOOD,
+        "elements": actuator.elements,
+        "unknowns": actuator.unknowns,
+    }
+    if options.vtk is not None:
+        write_actuator_vtk(actuator, state, options.vtk)
+    if options.plot is not None:
+        draw_actuator(actuator, state, options.plot)
+    print(json.dumps(record) if options.json else _text(record))
+    return status
+
+
+def _load(options: argparse.Namespace) -> ActuatorLoad:
+    def triple(values: list[float] | None, unit: float) -> tuple[float, float, float]:
+        first, second, third = values or (0.0, 0.0, 0.0)
+        return unit * first, unit * second, unit * third
+
+    return ActuatorLoad(
+        triple(numbers("--pressure-kpa", options.pressure_kpa, 3, "kPa"), 1e3),
+        triple(optional("--tip-force-n", options.tip_force_n, "N"), 1.0),
+        triple(optional("--tip-moment-nmm", options.tip_moment_nmm, "N mm"), 1e-3),
+        triple(optional("--gravity", options.gravity, "m/s²"), 1.0),
+        options.follower,
+    )
+
+
+def _ramp(load: ActuatorLoad) -> list[ActuatorLoad]:
+    """Loads from rest to the one asked for, in even steps that a progress bar can count."""
+    steps = max(1, math.ceil(1e-3 * max(load.pressure) / _STEP_KPA))
+
+    def part(vector: tuple[float, float, float], share: float) -> tuple[float, float, float]:
+        return share * vector[0], share * vector[1], share * vector[2]
+
+    return [
+        ActuatorLoad(
+            part(load.pressure, k / steps),
+            part(load.tip_force, k / steps),
+            part(load.tip_moment, k / steps),
+            part(load.gravity, k / steps),
+            load.follower,
+        )
+        for k in range(1, steps + 1)
+    ]
+
+
+def _description(actuator: Actuator, loads: list[ActuatorLoad]) -> dict[str, Any]:
+    """Everything that a run's results depend on."""
+    model = asdict(actuator.model)
+    model["winding"] = {"name": actuator.model.winding.name, **model["winding"]}
+    return {"model": model, "loads": [load_record(load) for load in loads]}
+
+
+def _text(record: dict[str, Any]) -> str:
+    def row(values: list[float], form: str = "{:.4g}") -> str:
+        return "  ".join(form.format(value) for value in values)
+
+    stable = {True: "stable", False: "unstable", None: "stability not known"}[record["stable"]]
+    return "\n".join(
+        [
+            f"pressures          {row(record['pressure_kpa'])} kPa ({stable})",
+            f"bending angle      {record['bending_angle_deg']:.3f} deg",
+            f"bending plane      {record['bending_plane_deg']:.2f} deg",
+            f"tip position       {row(record['tip_position_mm'], '{:.3f}')} mm",
+            f"chamber volumes    {row(record['chamber_volume_mm3'], '{:.1f}')} mm³",
+            f"base force         {row(record['base_force_n'])} N",
+            f"base moment        {row(record['base_moment_nmm'])} N mm",
+            f"largest pressure on the rod {record['rod_pressure_kpa']:.1f} kPa, thread tension "
+            f"{record['thread_tension_n']:.3f} N",
+            f"mesh               {record['elements']} hexahedra, {record['unknowns']} unknowns",
+        ]
+    )

@@ -1,0 +1,122 @@
+"""``rodmodel-fem cell``: one winding period, uniformly bent."""
+
+import argparse
+import json
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+from fem_reference.cell import CellError, CellState, Load, PeriodCell, follow
+from fem_reference.cli._arguments import (
+    GOOD,
+    NO_CONVERGENCE,
+    InputError,
+    add_actuator,
+    check_writable,
+    numbers,
+    optional,
+    read_geometry,
+    read_winding,
+    with_flags,
+)
+from fem_reference.progress import track
+from fem_reference.vtk import write_vtk
+
+_STEP_KPA = 2.5
+
+
+def add_command(commands: Any) -> None:
+    """Add the command to the parser's."""
+    cell = commands.add_parser(
+        "cell", help="one winding period, uniformly bent: angle and volumes of the whole body's length"
+    )
+    add = cell.add_argument
+    add_actuator(add)
+    add("--moment-nmm", nargs="+", metavar="M", help="M1 M2 M3: external moment, body frame [N mm]")
+    add("--curvature-per-m", nargs="+", metavar="U", help="U1 U2 U3: impose the curvature and twist [1/m]")
+    add("--json", action="store_true", help="print one JSON object and nothing else")
+    add("--vtk", metavar="FILE", help="write the deformed cell and its winding for ParaView (.vtu, .vtk)")
+    cell.set_defaults(command=_cell)
+
+
+def _cell(options: argparse.Namespace) -> int:
+    pressure = numbers("--pressure-kpa", options.pressure_kpa, 3, "kPa")
+    moment = optional("--moment-nmm", options.moment_nmm, "N mm")
+    curvature = optional("--curvature-per-m", options.curvature_per_m, "1/m")
+    if options.vtk is not None:
+        check_writable("--vtk", Path(options.vtk))
+    try:
+        winding = read_winding(options)
+        loads = _ramp(pressure, moment, curvature)
+        cell = PeriodCell(read_geometry(options), winding, level=options.elements)
+    except ValueError as error:
+        raise InputError(with_flags(str(error))) from error
+
+    state, status = None, GOOD
+    try:
+        *_, state = track(follow(cell, loads), len(loads))
+    except CellError as error:
+        state, status = error.last_good, NO_CONVERGENCE
+        print(f"rodmodel-fem: {error}; the last converged state is given", file=sys.stderr)
+    if state is None:
+        return status
+    record = _record(cell, state, status == GOOD)
+    if options.vtk is not None:
+        write_vtk(cell, state, options.vtk)
+    print(json.dumps(record) if options.json else _text(record))
+    return status
+
+
+def _ramp(pressure: list[float], moment: list[float] | None, curvature: list[float] | None) -> list[Load]:
+    """Loads from rest to the one asked for, in even steps that a progress bar can count."""
+    steps = max(1, math.ceil(max(pressure) / _STEP_KPA))
+
+    def part(vector: list[float], factor: float) -> tuple[float, float, float]:
+        return factor * vector[0], factor * vector[1], factor * vector[2]
+
+    def load(share: float) -> Load:
+        return Load(
+            part(pressure, 1e3 * share),
+            None if moment is None else part(moment, 1e-3 * share),
+            None if curvature is None else part(curvature, share),
+        )
+
+    load(1.0)  # A bad load is told in full, before its parts.
+    return [load(k / steps) for k in range(1, steps + 1)]
+
+
+def _record(cell: PeriodCell, state: CellState, converged: bool) -> dict[str, Any]:
+    length = cell.geometry.body_length
+    u1, u2, _ = state.curvature
+    return {
+        "bending_angle_deg": math.degrees(length * math.hypot(u1, u2)),
+        "bending_plane_deg": math.degrees(math.atan2(u1, -u2)) % 360.0,
+        "curvature_per_m": state.curvature.tolist(),
+        "moment_nmm": (1e3 * state.moment).tolist(),
+        "chamber_volume_mm3": (1e9 * length * state.volume).tolist(),
+        "pressure_kpa": (1e-3 * state.pressure).tolist(),
+        "converged": converged,
+        "stable": state.stable,
+        "residual_n": state.residual,
+        "elements": cell.elements,
+        "unknowns": cell.unknowns,
+    }
+
+
+def _text(record: dict[str, Any]) -> str:
+    def row(values: list[float], form: str = "{:.4g}") -> str:
+        return "  ".join(form.format(value) for value in values)
+
+    stable = {True: "stable", False: "unstable", None: "stability not known"}[record["stable"]]
+    return "\n".join(
+        [
+            f"pressures          {row(record['pressure_kpa'])} kPa ({stable})",
+            f"bending angle      {record['bending_angle_deg']:.3f} deg over 60 mm, uniformly bent",
+            f"bending plane      {record['bending_plane_deg']:.2f} deg",
+            f"curvature          {row(record['curvature_per_m'])} 1/m",
+            f"moment             {row(record['moment_nmm'])} N mm",
+            f"chamber volumes    {row(record['chamber_volume_mm3'], '{:.1f}')} mm³ over 60 mm",
+            f"mesh               {record['elements']} hexahedra, {record['unknowns']} unknowns",
+        ]
+    )

@@ -72,7 +72,7 @@ class ActuatorLinearisation(Linearisation):
     load_columns: Float[np.ndarray, "q 3"] | None
     load_rows: Float[np.ndarray, "3 q"] | None
     volume_gradient: Float[np.ndarray, "elements 24"]
-    length_gradient: Float[np.ndarray, "segments 48"]
+    length_gradient: Float[np.ndarray, "segments dofs"]
     extension_gradient: Float[np.ndarray, "spans 12"]
 
 

@@ -250,7 +250,9 @@ class CellEquations:
             "ea,ea->e", linear.volume_gradient, move[solid.connectivity].reshape(len(solid), -1)
         )
         stretch = np.einsum(
-            "sa,sa->s", linear.length_gradient, move[thread.connectivity].reshape(len(thread), 48)
+            "sa,sa->s",
+            linear.length_gradient,
+            move[thread.connectivity].reshape(linear.length_gradient.shape),
         )
         pressure = solid.bulk_modulus * (solid.dilatation(x) - 1.0 + dilation / solid.volume)
         tension = thread.tension(x) + thread.axial_stiffness * stretch / thread.rest_length

@@ -49,4 +49,4 @@ class CellLinearisation(Linearisation):
     volume: Float[np.ndarray, "3"]
     frame: HelicalFrame
     volume_gradient: Float[np.ndarray, "elements 24"]
-    length_gradient: Float[np.ndarray, "segments 48"]
+    length_gradient: Float[np.ndarray, "segments dofs"]

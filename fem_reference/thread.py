@@ -1,14 +1,25 @@
 """Thread embedded in the host mesh: straight elastic segments whose end points move with the hexahedra.
 
 A segment of rest length L0 has the energy EA/2 L0 (l/L0 − 1)². Its translations are interpolated from the
-host's nodes, as the paper's embedded elements do. Lengths mm, forces N.
+host's nodes, as the paper's embedded elements do: those on the thread's axis, or their mean over its
+circumference. Lengths mm, forces N.
+
+The difference is one of convergence. A line in a solid has no hold on it: under a line load the displacement
+grows without bound as elements shrink, like the logarithm of their size. The mean over the circumference of a
+thread of finite radius does converge, and is the same as long as elements are much larger than the thread.
+
+References
+----------
+D'Angelo and Quarteroni (2008), On the coupling of 1D and 3D diffusion-reaction equations, Math. Models
+Methods Appl. Sci. 18. Steinbrecher et al. (2020), A mortar-type finite element approach for embedding 1D
+beams into 3D solid volumes, Comput. Mech. 66.
 """
 
 import numpy as np
 import skfem
-from jaxtyping import Float, Int
-from scipy.spatial import cKDTree
+from jaxtyping import Float
 
+from fem_reference.embedding import embed_circles, embed_points, merged
 from fem_reference.winding import Thread, Winding
 
 _MILLIMETRE = 1e3
@@ -47,13 +58,12 @@ class ThreadSegments:
         pairs = []
         for line in winding.polylines(radius, length, points_per_turn):
             points = line * _MILLIMETRE
-            # The cylinder is a polygon in the mesh; points on the end faces are nudged inside so as to be
-            # found.
-            inside = np.clip(points, [-np.inf, -np.inf, 1e-9], [np.inf, np.inf, length * _MILLIMETRE - 1e-9])
-            cells, local = _locate(basis, inside)
-            shape = np.stack([basis.elem.lbasis(local.T, a)[0] for a in range(8)], axis=-1)
-            hosts.append(mesh.t[:, cells].T)
-            weights.append(shape)
+            if thread.coupling == "circumference":
+                host, weight = embed_circles(basis, points, thread.radius * _MILLIMETRE)
+            else:
+                host, weight = embed_points(basis, points)
+            hosts.append(host)
+            weights.append(weight)
             index = count + np.arange(len(points))
             pairs.append(np.column_stack([index[:-1], index[1:]]))
             self.polylines.append(index)
@@ -62,9 +72,11 @@ class ThreadSegments:
         self._weight = np.concatenate(weights) if weights else np.empty((0, 8))
         #: The two points of every segment.
         self.segments = ends = np.concatenate(pairs) if pairs else np.empty((0, 2), int)
-        self.connectivity = self._host[ends].reshape(len(ends), 16)
-        # x_b − x_a = Σ_c coefficient_c x_c over the sixteen host nodes.
+        # x_b − x_a = Σ_c coefficient_c x_c over the host nodes of both ends, sixteen for points.
+        self.connectivity = self._host[ends].reshape(len(ends), 2 * self._host.shape[1])
         self._coefficient = np.concatenate([-self._weight[ends[:, 0]], self._weight[ends[:, 1]]], axis=1)
+        if thread.coupling == "circumference" and len(ends):
+            self.connectivity, self._coefficient = merged(self.connectivity, self._coefficient)
         self.rest_length = np.linalg.norm(self._span(mesh.p.T), axis=1)
 
     def __len__(self) -> int:
@@ -88,11 +100,11 @@ class ThreadSegments:
     def response(
         self, positions: Float[np.ndarray, "nodes 3"], tension: Float[np.ndarray, " segments"] | None = None
     ) -> tuple[
-        Float[np.ndarray, "segments 48"],
-        Float[np.ndarray, "segments 48 48"],
-        Float[np.ndarray, "segments 48"],
+        Float[np.ndarray, "segments dofs"],
+        Float[np.ndarray, "segments dofs dofs"],
+        Float[np.ndarray, "segments dofs"],
     ]:
-        """Forces, tangents and ∂l/∂x of the segments on their sixteen host nodes.
+        """Forces, tangents and ∂l/∂x of the segments on their host nodes.
 
         Parameters
         ----------
@@ -105,61 +117,12 @@ class ThreadSegments:
         constitutive = self.axial_stiffness * (length / self.rest_length - 1.0)
         if tension is None:
             tension = constitutive
-        length_gradient = (self._coefficient[:, :, None] * direction[:, None, :]).reshape(len(self), 48)
+        size = 3 * self.connectivity.shape[1]
+        length_gradient = (self._coefficient[:, :, None] * direction[:, None, :]).reshape(len(self), size)
         force = constitutive[:, None] * length_gradient
         geometric = (tension / length)[:, None, None] * np.eye(3) + (
             self.axial_stiffness / self.rest_length - tension / length
         )[:, None, None] * (direction[:, :, None] * direction[:, None, :])
         outer = self._coefficient[:, :, None, None, None] * self._coefficient[:, None, None, :, None]
-        stiffness = (outer * geometric[:, None, :, None, :]).reshape(len(self), 48, 48)
+        stiffness = (outer * geometric[:, None, :, None, :]).reshape(len(self), size, size)
         return force, stiffness, length_gradient
-
-
-# Elements nearest by their centres among which a point's host is sought, and how far outside the reference
-# cube a point may lie by round-off.
-_CANDIDATES = 24
-_OUTSIDE = 1e-6
-# Of the inverse map: quadratic convergence, from the centre of a nearly rectangular element.
-_NEWTON_STEPS = 6
-
-
-def _locate(
-    basis: skfem.Basis, points: Float[np.ndarray, "points 3"]
-) -> tuple[Int[np.ndarray, " points"], Float[np.ndarray, "points 3"]]:
-    """Host element of every point, and its coordinates there. Of several hosts, the nearest centre's.
-
-    Raises
-    ------
-    ValueError
-        For points outside the mesh.
-    """
-    mesh = basis.mesh
-    _, nearest = cKDTree(mesh.p[:, mesh.t].mean(axis=1).T).query(points, k=min(_CANDIDATES, mesh.nelements))
-    cells = np.full(len(points), -1)
-    local = np.zeros((len(points), 3))
-    corner = mesh.p[:, mesh.t]
-    low, high = corner.min(axis=1).T - _OUTSIDE, corner.max(axis=1).T + _OUTSIDE
-    for candidate in nearest.T:
-        boxed = ((points >= low[candidate]) & (points <= high[candidate])).all(axis=1)
-        open_ = np.flatnonzero((cells < 0) & boxed)
-        reference = _inverse(basis.mapping, points[open_], candidate[open_])
-        inside = ((reference > -_OUTSIDE) & (reference < 1.0 + _OUTSIDE)).all(axis=1)
-        cells[open_[inside]] = candidate[open_[inside]]
-        local[open_[inside]] = reference[inside]
-    if (cells < 0).any():
-        lost = points[np.argmin(cells)]
-        raise ValueError(
-            f"winding: got a point at {np.round(lost, 3)} mm, expected all inside the body's mesh"
-        )
-    return cells, local
-
-
-def _inverse(
-    mapping: skfem.mapping.Mapping, points: Float[np.ndarray, "points 3"], cells: Int[np.ndarray, " points"]
-) -> Float[np.ndarray, "points 3"]:
-    """Reference coordinates of points in elements; not clipped to these, as scikit-fem's own are."""
-    reference = np.full((3, len(points), 1), 0.5)
-    for _ in range(_NEWTON_STEPS):
-        gap = points.T[:, :, None] - mapping.F(reference, cells)
-        reference = reference + np.einsum("ijkl,jkl->ikl", mapping.invDF(reference, cells), gap)
-    return reference[:, :, 0].T

@@ -11,13 +11,15 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Float
 
+#: How a thread may be coupled to the body.
+COUPLINGS = ("axis", "circumference")
 # Round-off of heights, as a share of the length.
 _ROUND_OFF = 1e-9
 
 
 @dataclass(frozen=True)
 class Thread:
-    """Elastic data of the thread.
+    """Elastic data of the thread, and how it is coupled to the body.
 
     The paper's table has lost the modulus; 31 067 MPa and a radius of 0.0889 mm are the values of this
     literature (Soft Robotics Toolkit; Connolly et al. 2015), so that EA = 771 N: inextensible beside the
@@ -27,16 +29,21 @@ class Thread:
     ----------
     young_modulus : [Pa].
     radius : [m].
+    coupling : what of the body a point of the thread moves with: the point on its ``axis``, or the mean over
+        its ``circumference``, which converges under mesh refinement where the other does not.
     """
 
     young_modulus: float = 31067e6
     radius: float = 0.0889e-3
+    coupling: str = "axis"
 
     def __post_init__(self) -> None:
         for name in ("young_modulus", "radius"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise ValueError(f"{name}: got {value!r}, expected a positive finite number")
+        if self.coupling not in COUPLINGS:
+            raise ValueError(f"coupling: got {self.coupling!r}, expected one of {', '.join(COUPLINGS)}")
 
     @property
     def diameter(self) -> float:

@@ -5,6 +5,7 @@ import pytest
 
 from fem_reference import DoubleHelix, NoWinding, Ring, Thread
 from fem_reference.thread import ThreadSegments
+from fem_reference.winding import COUPLINGS
 from tests.fem_fixtures import (
     TINY,
     assemble,
@@ -18,9 +19,10 @@ from tests.fem_fixtures import (
 RADIUS, PITCH = 5.6, 3.0
 
 
-@pytest.fixture(scope="module")
-def thread(equations) -> ThreadSegments:
-    return equations.thread
+@pytest.fixture(scope="module", params=COUPLINGS)
+def thread(equations, request) -> ThreadSegments:
+    coupled = Thread(coupling=request.param)
+    return ThreadSegments(equations.mesh, DoubleHelix(), coupled, RADIUS * 1e-3, PITCH * 1e-3, TINY.around)
 
 
 @pytest.fixture(scope="module")
@@ -175,6 +177,7 @@ def test_a_given_tension_enters_the_tangent_alone(thread, x):
         (lambda: Thread(young_modulus=0.0), "young_modulus: got 0.0"),
         (lambda: Thread(young_modulus=np.inf), "young_modulus: got inf"),
         (lambda: Thread(radius=-1e-4), "radius: got -0.0001"),
+        (lambda: Thread(coupling="glue"), "coupling: got 'glue', expected one of axis, circumference"),
     ],
 )
 def test_impossible_threads_are_refused_by_name(make, named):

@@ -6,8 +6,13 @@ from typing import Any
 import numpy as np
 from jaxtyping import Array
 
+from rodmodel._inverse import Inverse
 from rodmodel._solution import Solution
+from rodmodel._workspace import Workspace
 from rodmodel.calibration_file import Calibration
+
+# The farthest bend is looked for in so wide sectors of planes.
+_PLANE_STEP_DEG = 15
 
 
 def prediction_record(solution: Solution) -> dict[str, Any]:
@@ -38,6 +43,77 @@ def prediction_text(record: dict[str, Any]) -> str:
             f"chamber volumes  {_row(record['chamber_volume_mm3'])} mm3",
         ]
     )
+
+
+def inverse_record(found: Inverse, is_bend: bool) -> dict[str, Any]:
+    """Pressures, how near they come, and the prediction for them, as a JSON object."""
+    distance = float(found.distance)
+    left = {"distance_deg": math.degrees(distance)} if is_bend else {"distance_mm": 1e3 * distance}
+    return {
+        "pressure_kpa": [_number(p) for p in 1e-3 * np.asarray(found.pressure)],
+        "reached": bool(found.reached),
+        **{name: _number(value) for name, value in left.items()},
+        **prediction_record(found.solution),
+        "converged": bool(found.converged),
+    }
+
+
+def inverse_text(record: dict[str, Any]) -> str:
+    """Pressures and the prediction for them, for people, of their record."""
+    return "\n".join(
+        [f"pressures        {_row(record['pressure_kpa'])} kPa", prediction_text(record)],
+    )
+
+
+def workspace_record(space: Workspace) -> dict[str, Any]:
+    """What a rod reaches, and the samples, as a JSON object; samples without an equilibrium are left out."""
+    good = space.converged
+    angle = np.degrees(space.bending_angle[good])
+    plane = np.degrees(space.bending_plane[good])
+    tip = 1e3 * space.tip_position[good]
+    pressure = 1e-3 * space.pressure[good]
+    farthest = []
+    for towards in range(0, 360, _PLANE_STEP_DEG):
+        near = np.abs(np.mod(plane - towards + 180.0, 360.0) - 180.0) <= 0.5 * _PLANE_STEP_DEG
+        if near.any():
+            row = np.argmax(np.where(near, angle, -1.0))
+            farthest.append(
+                {
+                    "bending_plane_deg": float(plane[row]),
+                    "bending_angle_deg": float(angle[row]),
+                    "pressure_kpa": pressure[row].tolist(),
+                }
+            )
+    return {
+        "samples": int(good.sum()),
+        "not_converged": int((~good).sum()),
+        "in_domain": int(space.in_domain[good].sum()),
+        "tip_min_mm": tip.min(axis=0).tolist() if good.any() else None,
+        "tip_max_mm": tip.max(axis=0).tolist() if good.any() else None,
+        "farthest_bends": farthest,
+        "pressure_kpa": pressure.tolist(),
+        "tip_position_mm": tip.tolist(),
+        "bending_angle_deg": angle.tolist(),
+        "bending_plane_deg": plane.tolist(),
+    }
+
+
+def workspace_text(record: dict[str, Any]) -> str:
+    """What a rod reaches, for people, of its record."""
+    lines = [
+        f"samples          {record['samples']:10d}   "
+        f"({record['in_domain']} with moments inside the calibration)",
+        f"tip, least       {_row(record['tip_min_mm'])} mm",
+        f"tip, most        {_row(record['tip_max_mm'])} mm",
+        f"farthest bends, every {_PLANE_STEP_DEG} deg of the plane:",
+        "   plane [deg]  angle [deg]   pressures [kPa]",
+    ]
+    lines += [
+        f"  {bend['bending_plane_deg']:12.1f} {bend['bending_angle_deg']:12.1f}   "
+        + " ".join(f"{p:5.1f}" for p in bend["pressure_kpa"])
+        for bend in record["farthest_bends"]
+    ]
+    return "\n".join(lines)
 
 
 def calibration_record(calibration: Calibration) -> dict[str, Any]:

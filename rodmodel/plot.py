@@ -17,7 +17,7 @@ from rodmodel._solution import Solution
 from rodmodel.calibration_file import Actuator
 
 _SILICONE, _CAP = "#dcd8cf", "#8f8b84"
-_CHAMBERS = ("#0072b2", "#e69f00", "#009e73")
+CHAMBER_COLOURS = ("#0072b2", "#e69f00", "#009e73")
 # A chamber reaches this far from its middle: 60 degrees less half a partition wall.
 _CHAMBER_HALF_WIDTH = np.radians(50.0)
 _RINGS, _FACETS = 67, 48
@@ -112,7 +112,7 @@ def _surface(pose: _Pose, light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
     around = np.tile(to_rgb(_SILICONE), (_FACETS, 1))
     middle = 0.5 * (azimuth[:-1] + azimuth[1:])
-    for chamber, (colour, shade) in enumerate(zip(_CHAMBERS, pose.shade, strict=True)):
+    for chamber, (colour, shade) in enumerate(zip(CHAMBER_COLOURS, pose.shade, strict=True)):
         away = np.angle(np.exp(1j * (middle - 2.0 * np.pi / 3.0 * chamber)))
         around[np.abs(away) < _CHAMBER_HALF_WIDTH] = _tint(colour, shade)
     colours = np.repeat(around[None], len(facets), axis=0)
@@ -185,7 +185,7 @@ def _seen(points: np.ndarray, ahead: np.ndarray) -> np.ndarray:
 def _legend(poses: list[_Pose]) -> list[Patch]:
     pressures = np.array([pose.pressure_kpa for pose in poses])
     patches = []
-    for chamber, colour in enumerate(_CHAMBERS):
+    for chamber, colour in enumerate(CHAMBER_COLOURS):
         values = ", ".join(f"{value:g}" for value in dict.fromkeys(np.round(pressures[:, chamber], 6)))
         face = colour if np.any(pressures[:, chamber] > 0.0) else _SILICONE
         patches.append(Patch(facecolor=face, edgecolor="black", label=f"chamber {chamber + 1}: {values} kPa"))

@@ -73,6 +73,97 @@ def test_loads_reach_the_rod_in_their_units(predict: Any) -> None:
     np.testing.assert_allclose(json.loads(out)["tip_position_mm"], 1e3 * solution.tip_position, rtol=1e-9)
 
 
+@pytest.fixture
+def command(file: Path, capsys: pytest.CaptureFixture[str]) -> Any:
+    """Run any command on the synthetic calibration: status, standard output, standard error."""
+
+    def run(name: str, *arguments: str) -> tuple[int, str, str]:
+        status = main([name, "--calibration", str(file), *arguments])
+        captured = capsys.readouterr()
+        return status, captured.out, captured.err
+
+    return run
+
+
+def test_inverse_and_predict_undo_each_other(command: Any) -> None:
+    _, out, _ = command("predict", "--pressure-kpa", "30", "12", "0", "--json")
+    pose = json.loads(out)
+    bend = ["--bending-angle-deg", f"{pose['bending_angle_deg']}"]
+    bend += ["--bending-plane-deg", f"{pose['bending_plane_deg']}"]
+    tip = ["--tip-position-mm", *(f"{x:.9f}" for x in pose["tip_position_mm"])]
+    for target, distance in ((bend, "distance_deg"), (tip, "distance_mm")):
+        status, out, err = command("inverse", *target, "--json")
+        assert (status, err, out.count("\n")) == (GOOD, "", 1)
+        record = json.loads(out)
+        assert list(record)[:3] == ["pressure_kpa", "reached", distance]
+        assert set(pose) < set(record)
+        assert record["reached"]
+        assert record["converged"]
+        assert abs(record[distance]) < 0.06
+        np.testing.assert_allclose(record["pressure_kpa"], [30.0, 12.0, 0.0], atol=0.1)
+        np.testing.assert_allclose(record["tip_position_mm"], pose["tip_position_mm"], atol=0.1)
+    status, out, _ = command("inverse", *bend)
+    assert status == GOOD
+    assert out.startswith("pressures")
+    assert "kPa" in out
+
+
+def test_a_target_out_of_reach_has_its_status_and_the_nearest(command: Any) -> None:
+    status, out, err = command("inverse", "--tip-position-mm", "0", "0", "80", "--json")
+    assert status == NO_CONVERGENCE
+    record = json.loads(out)
+    assert (record["reached"], record["converged"]) == (False, True)
+    assert 13.9 < record["distance_mm"] < 14.1
+    assert err.count("\n") == 1
+    assert "out of reach" in err
+    assert "14 mm away" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ("", "got none of them, expected the first two, or the last"),
+        ("--bending-angle-deg 30", "got --bending-angle-deg, expected the first two"),
+        ("--bending-angle-deg 30 --tip-position-mm 0 0 60", "got --bending-angle-deg and --tip-position-mm"),
+        ("--bending-angle-deg -3 --bending-plane-deg 0", "--bending-angle-deg: got '-3', expected one angle"),
+        ("--bending-angle-deg 3 --bending-plane-deg x", "--bending-plane-deg: got 'x', expected one finite"),
+        ("--tip-position-mm 0 0", "--tip-position-mm: got '0 0', expected three finite components"),
+        ("--tip-position-mm 0 0 60 --plot a.png", "--plot a.png"),
+    ],
+)
+def test_bad_targets_are_told_in_one_line(command: Any, arguments: str, said: str) -> None:
+    status, out, err = command("inverse", *arguments.split())
+    assert (status, out, err.count("\n")) == (BAD_INPUT, "", 1)
+    assert said in err
+
+
+def test_workspace_tells_how_far_the_rod_gets(command: Any, tmp_path: Path) -> None:
+    picture = tmp_path / "space.png"
+    status, out, err = command("workspace", "--samples", "400", "--json", "--plot", str(picture))
+    assert (status, err, out.count("\n")) == (GOOD, "", 1)
+    record = json.loads(out)
+    count = record["samples"]
+    assert count == pytest.approx(400, rel=0.15)
+    assert record["in_domain"] == count
+    for name in ("pressure_kpa", "tip_position_mm", "bending_angle_deg", "bending_plane_deg"):
+        assert len(record[name]) == count
+    np.testing.assert_allclose(record["tip_max_mm"], np.max(record["tip_position_mm"], axis=0))
+    farthest = max(record["farthest_bends"], key=lambda bend: bend["bending_angle_deg"])
+    assert farthest["bending_angle_deg"] == max(record["bending_angle_deg"])
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    status, out, _ = command("workspace", "--samples", "400")
+    assert status == GOOD
+    for wanted in ("samples", "tip, most", "mm", "plane [deg]", "kPa"):
+        assert wanted in out
+
+
+@pytest.mark.parametrize("samples", ["ten", "5", "-400", "1e3"])
+def test_a_count_of_samples_that_is_none_is_refused(command: Any, samples: str) -> None:
+    status, out, err = command("workspace", "--samples", samples)
+    assert (status, out, err.count("\n")) == (BAD_INPUT, "", 1)
+    assert f"--samples: got '{samples}', expected a whole number" in err
+
+
 def test_orientation_renumbers_the_chambers(predict: Any) -> None:
     """At ψ = 120° chamber 2 is to the winding what chamber 1 is at ψ = 0."""
     _, straight, _ = predict("--pressure-kpa", "30", "5", "0", "--json")

@@ -1,0 +1,141 @@
+"""Picture of what a rod can reach: where its tip gets to, and which chambers bend it to which side."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.patches import Patch
+from matplotlib.tri import Triangulation
+from mpl_toolkits.mplot3d import Axes3D
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+from rodmodel._workspace import Workspace
+from rodmodel.calibration_file import Actuator
+from rodmodel.plot import CHAMBER_COLOURS
+
+_LINES_KPA = 10.0
+_CIRCLE_DEG = 30.0
+
+
+def plot_workspace(space: Workspace, actuator: Actuator, file: str | Path) -> None:
+    """Draw the tip's positions and the map of angle and plane, and write the picture.
+
+    Raises
+    ------
+    OSError
+        Where the file cannot be written.
+    """
+    figure = Figure(figsize=(12.0, 6.0), layout=ConstrainedLayoutEngine(h_pad=0.08, w_pad=0.08, wspace=0.06))
+    meshes = [_mesh(space, chamber) for chamber in range(3)]
+    _draw_tips(figure.add_subplot(1, 2, 1, projection="3d"), space, meshes, actuator)
+    _draw_map(figure.add_subplot(1, 2, 2), space, meshes)
+    handles = [
+        Patch(facecolor=colour, label=f"chamber {number}") for number, colour in enumerate(CHAMBER_COLOURS, 1)
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
+    figure.savefig(file, dpi=150)
+
+
+class _Mesh:
+    """Triangles between the samples of one face, as they lie in the plane of its two pressures."""
+
+    def __init__(self, pressure: np.ndarray, rows: np.ndarray, without: int) -> None:
+        self.rows = rows
+        self.pair = [chamber for chamber in range(3) if chamber != without]
+        self.plane = Triangulation(*(1e-3 * pressure[rows][:, self.pair]).T)
+        self.triangles = rows[self.plane.triangles]
+        middle = pressure[self.triangles].mean(axis=1)
+        self.colours = _blend(middle, float(pressure.max()))
+
+
+def _mesh(space: Workspace, without: int) -> _Mesh:
+    return _Mesh(space.pressure, np.flatnonzero((space.face == without) & space.converged), without)
+
+
+def _blend(pressure: np.ndarray, largest: float) -> np.ndarray:
+    """Colours of the chambers mixed by their pressures, paler where those are low: (n, 3)."""
+    share = pressure / np.maximum(pressure.sum(axis=1, keepdims=True), 1e-12)
+    full = share @ np.array([to_rgb(colour) for colour in CHAMBER_COLOURS])
+    depth = 0.15 + 0.7 * np.clip(pressure.sum(axis=1, keepdims=True) / largest, 0.0, 1.0)
+    return np.asarray(1.0 - depth * (1.0 - full))
+
+
+def _draw_tips(axes: Axes3D, space: Workspace, meshes: list[_Mesh], actuator: Actuator) -> None:
+    tips = 1e3 * space.tip_position
+    for mesh in meshes:
+        axes.add_collection3d(
+            Poly3DCollection(
+                tips[mesh.triangles], facecolors=mesh.colours, edgecolors=mesh.colours, linewidths=0.2
+            )
+        )
+    rest = 1e3 * (actuator.body_length + actuator.cap_length)
+    axes.plot([0.0, 0.0], [0.0, 0.0], [0.0, rest], color="black", linewidth=2.0)
+    axes.text(0.0, 0.0, -3.0, "base", ha="center", va="top", fontsize=8)
+    reach = np.nanmax(np.abs(tips[:, :2]))
+    low = min(0.0, float(np.nanmin(tips[:, 2])))
+    axes.set(
+        xlim=(-reach, reach),
+        ylim=(-reach, reach),
+        zlim=(low, low + 2.0 * reach),
+        xlabel="x [mm]",
+        ylabel="y [mm]",
+        zlabel="z [mm]",
+        title="tip positions",
+    )
+    axes.set_box_aspect((1.0, 1.0, 1.0))
+    axes.view_init(elev=22.0, azim=-60.0)
+
+
+def _draw_map(axes: Axes, space: Workspace, meshes: list[_Mesh]) -> None:
+    angle_deg = np.degrees(space.bending_angle)
+    bend = angle_deg[:, None] * np.stack([np.cos(space.bending_plane), np.sin(space.bending_plane)], axis=1)
+    axes.plot(*bend[space.face == 3].T, ".", color="0.6", markersize=1.0, zorder=0)
+    for mesh in meshes:
+        axes.add_collection(
+            PolyCollection(bend[mesh.triangles], facecolors=mesh.colours, edgecolors="face", linewidths=0.3)
+        )
+        there = Triangulation(bend[mesh.rows, 0], bend[mesh.rows, 1], mesh.plane.triangles)
+        for chamber in mesh.pair:
+            kpa = 1e-3 * space.pressure[mesh.rows, chamber]
+            levels = np.arange(_LINES_KPA, kpa.max() + 1e-6, _LINES_KPA)
+            if len(levels):
+                axes.tricontour(there, kpa, levels=levels, colors=CHAMBER_COLOURS[chamber], linewidths=0.8)
+    _draw_compass(axes, float(np.nanmax(angle_deg)))
+    axes.set_title(f"bending angle θ and plane γ; lines of equal pressure every {_LINES_KPA:g} kPa")
+
+
+def _draw_compass(axes: Axes, largest_deg: float) -> None:
+    """Circles of equal angle, and the planes every 60 degrees."""
+    outer = _CIRCLE_DEG * np.ceil(largest_deg / _CIRCLE_DEG)
+    round_about = np.linspace(0.0, 2.0 * np.pi, 181)
+    for radius in np.arange(_CIRCLE_DEG, outer + 1e-6, _CIRCLE_DEG):
+        axes.plot(radius * np.cos(round_about), radius * np.sin(round_about), color="0.75", linewidth=0.5)
+        place = np.radians(-30.0)
+        axes.text(
+            radius * np.cos(place),
+            radius * np.sin(place),
+            f"θ = {radius:.0f}°",
+            fontsize=7,
+            color="0.35",
+            ha="center",
+            va="center",
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 1.0},
+        )
+    for plane_deg in range(0, 360, 60):
+        way = np.array([np.cos(np.radians(plane_deg)), np.sin(np.radians(plane_deg))])
+        axes.plot(*np.outer(way, [0.0, outer]), color="0.75", linewidth=0.5)
+        axes.text(
+            1.08 * outer * way[0],
+            1.08 * outer * way[1],
+            f"γ = {plane_deg}°",
+            fontsize=8,
+            ha="center",
+            va="center",
+        )
+    axes.set_aspect("equal")
+    axes.set(xlim=(-1.2 * outer, 1.2 * outer), ylim=(-1.12 * outer, 1.12 * outer))
+    axes.axis("off")

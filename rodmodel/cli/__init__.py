@@ -1,0 +1,38 @@
+"""The command `rodmodel`: predictions of the rod, for people and for programs."""
+
+import sys
+from collections.abc import Sequence
+
+import jax
+
+from rodmodel._arguments import InputError, Parser
+from rodmodel.cli import _inverse, _layouts, _predict, _workspace
+from rodmodel.cli._options import BAD_INPUT
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command.
+
+    Returns
+    -------
+    status : 0 good; 2 bad input, told in one line on standard error; 3 no convergence, with what was reached.
+    """
+    jax.config.update("jax_enable_x64", True)
+    try:
+        options = _parser().parse_args(arguments)
+        status: int = options.command(options)
+    except InputError as error:
+        # One line, whatever a file name or the system put into it.
+        print("rodmodel:", *str(error).split(), file=sys.stderr)
+        return BAD_INPUT
+    return status
+
+
+def _parser() -> Parser:
+    parser = Parser(
+        prog="rodmodel", description="Bending of a soft pneumatic actuator, calibrated from 3D FEM."
+    )
+    commands = parser.add_subparsers(required=True, metavar="layouts | predict | inverse | workspace")
+    for command in (_layouts, _predict, _inverse, _workspace):
+        command.add_to(commands)
+    return parser

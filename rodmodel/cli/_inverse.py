@@ -1,0 +1,72 @@
+"""`rodmodel inverse`: the pressures for a wanted bend or tip position."""
+
+import argparse
+import json
+import math
+import sys
+from typing import Any
+
+from rodmodel._arguments import InputError, numbers
+from rodmodel._report import inverse_record, inverse_text
+from rodmodel.cli._options import (
+    GOOD,
+    NO_CONVERGENCE,
+    add_layout,
+    add_loads,
+    add_output,
+    components,
+    load_rod,
+    loads_of,
+)
+
+_ANGLE, _PLANE = "one angle of 0 or more [deg]", "one finite angle [deg]"
+
+
+def add_to(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add the command."""
+    parser = commands.add_parser("inverse", help="find the pressures for a wanted bend or tip position")
+    add_layout(parser)
+    add = parser.add_argument
+    add("--bending-angle-deg", nargs="+", metavar="T", help=f"wanted bending angle: {_ANGLE}")
+    add("--bending-plane-deg", nargs="+", metavar="G", help=f"wanted bending plane: {_PLANE}")
+    add("--tip-position-mm", nargs="+", metavar="X", help="X Y Z: wanted centre of the cap's face [mm]")
+    add_loads(parser)
+    add_output(parser, plot=None)
+    parser.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    target = _target(options)
+    loads = loads_of(options)
+    found = load_rod(options).inverse(**target, **loads, throw=False)
+    record = inverse_record(found, is_bend="bending_angle" in target)
+    print(json.dumps(record) if options.json else inverse_text(record))
+    if record["reached"]:
+        return GOOD
+    if record["converged"]:
+        away = f"{record['distance_deg']:.3g} deg" if "distance_deg" in record else ""
+        away = away or f"{record['distance_mm']:.3g} mm"
+        reason = f"out of reach, the above comes nearest and stays {away} away"
+    else:
+        reason = "no convergence, the above is where the search ended"
+    print(f"rodmodel: {reason}", file=sys.stderr)
+    return NO_CONVERGENCE
+
+
+def _target(options: argparse.Namespace) -> dict[str, Any]:
+    """Target in SI, as `Rod.inverse` takes it."""
+    flags = ("--bending-angle-deg", "--bending-plane-deg", "--tip-position-mm")
+    came = (options.bending_angle_deg, options.bending_plane_deg, options.tip_position_mm)
+    given = [flag for flag, value in zip(flags, came, strict=True) if value is not None]
+    if given == [flags[2]]:
+        position = components(flags[2], options.tip_position_mm, "mm")
+        assert position is not None
+        return {"tip_position": 1e-3 * position}
+    if given != list(flags[:2]):
+        raise InputError(
+            f"{', '.join(flags)}: got {' and '.join(given) or 'none of them'}, "
+            "expected the first two, or the last"
+        )
+    (angle,) = numbers(flags[0], options.bending_angle_deg, 1, _ANGLE, negative=False)
+    (plane,) = numbers(flags[1], options.bending_plane_deg, 1, _PLANE, negative=True)
+    return {"bending_angle": math.radians(angle), "bending_plane": math.radians(plane)}

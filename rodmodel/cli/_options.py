@@ -1,0 +1,106 @@
+"""Options that several commands share, and exit statuses."""
+
+import argparse
+import math
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rodmodel._arguments import InputError, numbers
+from rodmodel._load import CalibrationNotFoundError, load
+from rodmodel._record import CalibrationFileError
+from rodmodel._rod import Rod
+
+GOOD, BAD_INPUT, NO_CONVERGENCE = 0, 2, 3
+
+_PITCH = "one positive length [mm]"
+_PLOT_SUFFIXES = (".pdf", ".png", ".svg")
+_PLOT_FILE = "a .pdf, .png or .svg file in a directory that can be written to"
+
+
+def add_layout(parser: argparse.ArgumentParser) -> None:
+    """Which rod."""
+    add = parser.add_argument
+    add("--layout", default="double-helix", help="winding layout (default: %(default)s)")
+    add("--psi-deg", nargs="+", default=["0"], metavar="PSI", help="winding orientation [deg] (default: 0)")
+    add("--pitch-mm", nargs="+", default=["3"], metavar="P", help="winding pitch [mm] (default: 3)")
+    add("--calibration", metavar="FILE", help="calibration file to take in place of those that ship")
+
+
+def add_loads(parser: argparse.ArgumentParser) -> None:
+    """What is on it."""
+    add = parser.add_argument
+    add("--tip-force-n", nargs="+", metavar="F", help="FX FY FZ: on the cap's outer face, world frame [N]")
+    add("--tip-moment-nmm", nargs="+", metavar="M", help="MX MY MZ: on the cap, world frame [N mm]")
+    add("--gravity", nargs="+", metavar="G", help="GX GY GZ: acceleration, world frame [m/s²]")
+
+
+def add_output(parser: argparse.ArgumentParser, plot: str | None) -> None:
+    """What comes back; `plot` says what is drawn, None that nothing is."""
+    parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    if plot is not None:
+        parser.add_argument("--plot", metavar="FILE", help=f"draw {plot}: a PNG, PDF or SVG file")
+
+
+def loads_of(options: argparse.Namespace) -> dict[str, Any]:
+    """Loads in SI, as `Rod.solve` and its kind take them."""
+    moment = components("--tip-moment-nmm", options.tip_moment_nmm, "N mm")
+    return {
+        "tip_force": components("--tip-force-n", options.tip_force_n, "N"),
+        "tip_moment": None if moment is None else 1e-3 * moment,
+        "gravity": components("--gravity", options.gravity, "m/s²"),
+    }
+
+
+def components(flag: str, came: list[str] | None, unit: str) -> np.ndarray | None:
+    """Three components in the world frame, where they are given."""
+    if came is None:
+        return None
+    return np.array(
+        numbers(flag, came, 3, f"three finite components in the world frame [{unit}]", negative=True)
+    )
+
+
+def load_rod(options: argparse.Namespace) -> Rod:
+    """Rod of the layout that was asked for."""
+    (psi_deg,) = numbers("--psi-deg", options.psi_deg, 1, "one finite angle [deg]", negative=True)
+    (pitch_mm,) = numbers("--pitch-mm", options.pitch_mm, 1, _PITCH, negative=False)
+    if pitch_mm == 0.0:
+        raise InputError(f"--pitch-mm: got {options.pitch_mm[0]!r}, expected {_PITCH}")
+    try:
+        return load(options.layout, math.radians(psi_deg), 1e-3 * pitch_mm, options.calibration)
+    except CalibrationNotFoundError as error:
+        flag, came = {
+            "layout": ("--layout", options.layout),
+            "psi": ("--psi-deg", options.psi_deg[0]),
+            "pitch": ("--pitch-mm", options.pitch_mm[0]),
+        }[error.argument]
+        raise InputError(f"{flag}: got {came!r}, expected {error.expected}") from error
+    except CalibrationFileError as error:
+        raise InputError(f"--calibration: {error}") from error
+
+
+def check_plot_file(options: argparse.Namespace) -> None:
+    """Refuse before the solve what can be known to fail after it."""
+    if options.plot is None:
+        return
+    file = Path(options.plot)
+    try:
+        usable = not file.is_dir() and os.access(file.parent, os.W_OK)
+    except OSError:  # a name that is too long, say
+        usable = False
+    if not usable or file.suffix.lower() not in _PLOT_SUFFIXES:
+        raise InputError(f"--plot: got {options.plot!r}, expected {_PLOT_FILE}")
+
+
+def plot(options: argparse.Namespace, draw: Callable[[Path], None]) -> None:
+    """Draw into the file that was asked for, if one was."""
+    if options.plot is None:
+        return
+    try:
+        draw(Path(options.plot))
+    except OSError as error:
+        raise InputError(f"--plot: got {options.plot!r} ({error.strerror}), expected {_PLOT_FILE}") from error

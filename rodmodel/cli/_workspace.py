@@ -1,0 +1,92 @@
+"""`rodmodel workspace`: what the rod can reach."""
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from rodmodel._arguments import InputError
+from rodmodel._report import workspace_record, workspace_text
+from rodmodel._workspace import workspace
+from rodmodel.cli._options import (
+    GOOD,
+    NO_CONVERGENCE,
+    add_layout,
+    add_loads,
+    add_output,
+    check_plot_file,
+    load_rod,
+    loads_of,
+    plot,
+)
+
+_SAMPLES = "a whole number from 100 to 1000000"
+
+
+def add_to(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add the command."""
+    parser = commands.add_parser(
+        "workspace", help="sample the pressures of the calibration: where the tip gets to, how far it bends"
+    )
+    add_layout(parser)
+    parser.add_argument(
+        "--samples", default="4000", metavar="N", help=f"about how many: {_SAMPLES} (default: 4000)"
+    )
+    add_loads(parser)
+    add_output(parser, plot="tip positions and the map of angle and plane")
+    parser.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    try:
+        samples = int(options.samples)
+    except ValueError:
+        samples = 0
+    if not 100 <= samples <= 1_000_000:
+        raise InputError(f"--samples: got {options.samples!r}, expected {_SAMPLES}")
+    loads = loads_of(options)
+    check_plot_file(options)
+    rod = load_rod(options)
+    with _progress() as advance:
+        space = workspace(lambda p: rod.solve(p, **loads, throw=False), rod.domain, samples, advance)
+    record = workspace_record(space)
+    failed = int((~space.converged).sum())
+    if failed == len(space.converged):
+        raise InputError(
+            "--tip-force-n, --tip-moment-nmm, --gravity: got loads that the rod cannot carry, "
+            "expected smaller ones"
+        )
+
+    def draw(file: Path) -> None:
+        # Imported late: matplotlib takes as long to import as the samples take.
+        from rodmodel._workspace_plot import plot_workspace
+
+        plot_workspace(space, rod.actuator, file)
+
+    plot(options, draw)
+    print(json.dumps(record) if options.json else workspace_text(record))
+    if failed:
+        print(
+            f"rodmodel: no convergence at {failed} of {len(space.converged)} pressures, which the above "
+            "leaves out",
+            file=sys.stderr,
+        )
+        return NO_CONVERGENCE
+    return GOOD
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[int, int], None]]:
+    """Bar on standard error where that is a terminal: rate and time left."""
+    if not sys.stderr.isatty():
+        yield lambda done, total: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("poses"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("poses", total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)

@@ -1,0 +1,128 @@
+"""The full actuator's equations on a short body: gradients, stiffness, loads and reactions."""
+
+import numpy as np
+import pytest
+
+from fem_reference import ActuatorGeometry, ActuatorLoad, DoubleHelix, Ogden, Thread
+from fem_reference.actuator_equations import ActuatorEquations, ActuatorModel, Deformation
+from fem_reference.actuator_load import ActuatorTarget
+from tests.fem_fixtures import TINY, difference, relative_error, rotation
+
+SHORT = ActuatorGeometry(body_length=9e-3, cap_length=3e-3)
+LOAD = ActuatorLoad((9e3, 4e3, 2e3), gravity=(1.0, 2.0, -9.81)).target()
+
+
+def model(bonded: str = "cap") -> ActuatorModel:
+    return ActuatorModel(SHORT, Ogden(), DoubleHelix(), Thread(), TINY, 1070.0, bonded)
+
+
+@pytest.fixture(scope="module")
+def equations() -> ActuatorEquations:
+    return ActuatorEquations(model())
+
+
+class Case:
+    """A deformation far from equilibrium, and a direction with nothing in the clamped components."""
+
+    def __init__(self, equations: ActuatorEquations) -> None:
+        self.equations = equations
+        rng = np.random.default_rng(0)
+        rest = equations.rest_positions
+        free = ~equations.clamped
+        smooth = rest.copy()
+        # Wider sections keep the cavity off the barrier's wall; the bend is one of the whole body.
+        smooth[: equations.nodes, :2] *= 1.002
+        smooth[:, 0] += 0.004 * rest[:, 2] ** 2
+        x = smooth + 5e-4 * rng.uniform(-1.0, 1.0, rest.shape)
+        self.x = np.where(free, x, rest)
+        self.direction = np.where(free, rng.normal(size=rest.shape), 0.0)
+
+    def at(self, t: float = 0.0) -> Deformation:
+        rest = self.equations.rest()
+        return Deformation(
+            self.x + t * self.direction, rest.element_pressure, rest.segment_tension, rest.axis_tension
+        )
+
+    def residual(self, target: ActuatorTarget, t: float = 0.0) -> np.ndarray:
+        return self.equations.linearise(self.at(t), target, exact=True).residual
+
+
+@pytest.fixture(scope="module", params=["cap", "all"])
+def case(request) -> Case:
+    return Case(ActuatorEquations(model(request.param)))
+
+
+def potential(case: Case, target: ActuatorTarget, t: float) -> float:
+    equations, at = case.equations, case.at(t)
+    weight = float((equations.mass[:, None] * target.gravity * at.positions).sum())
+    return equations.strain_energy(at) - float(target.pressure @ equations.volumes(at)) - weight
+
+
+def test_the_residual_is_the_gradient_of_the_potential(case):
+    slope = difference(lambda t: potential(case, LOAD, t), 1e-5)
+    free = case.direction.ravel()[case.equations.free]
+    # The energy, about 1e3 N mm, has 1e-13 relative of round-off: 1e-10 over the step of 1e-5, of 1e3 N.
+    assert slope == pytest.approx(float(case.residual(LOAD) @ free), rel=1e-6)
+
+
+def test_the_stiffness_is_the_gradient_of_the_residual(case):
+    equations = case.equations
+    linear = equations.linearise(case.at(), LOAD, exact=True)
+    upper = equations.pattern.matrix(linear.data)
+    free = case.direction.ravel()[equations.free]
+    product = upper @ free + upper.T @ free - upper.diagonal() * free
+    assert relative_error(product, difference(lambda t: case.residual(LOAD, t), 1e-6)) < 1e-6
+
+
+@pytest.mark.parametrize("follower", [False, True])
+def test_the_tip_loads_stiffness_is_that_of_a_face_that_turns_rigidly(equations, follower):
+    load = ActuatorLoad(
+        tip_force=(0.02, -0.03, 0.01), tip_moment=(1e-3, 2e-3, -1e-3), follower=follower
+    ).target()
+    x = equations.rest().positions @ rotation((1.0, 0.3, 0.2), 0.4).T
+    axis = np.array([0.3, -0.5, 0.8])
+    centre = equations.tip.frame(x).position
+
+    def forces(t: float) -> np.ndarray:
+        turned = (x - centre) @ rotation(tuple(axis), t * np.linalg.norm(axis)).T + centre
+        load_at, *_ = equations._load(turned, load)
+        return load_at.ravel()[equations.free]
+
+    _, columns, rows = equations._load(x, load)
+    spin = np.cross(axis, x - centre).ravel()[equations.free]
+    np.testing.assert_allclose(rows @ spin, axis, atol=1e-12)
+    slope = difference(forces, 1e-3)
+    assert relative_error(columns @ (rows @ spin), slope) < 1e-9
+
+
+def test_tip_loads_have_their_resultant_and_moment(equations):
+    force, moment = (0.02, -0.03, 0.01), (1e-3, 2e-3, -1e-3)
+    load = ActuatorLoad(tip_force=force, tip_moment=moment).target()
+    x = equations.rest_positions
+    nodal, *_ = equations._load(x, load)
+    centre = equations.tip.frame(x).position
+    np.testing.assert_allclose(nodal.sum(axis=0), force, atol=1e-15)
+    np.testing.assert_allclose(np.cross(x - centre, nodal).sum(axis=0), np.multiply(moment, 1e3), atol=1e-12)
+
+
+def test_the_mass_is_that_of_the_silicone_and_the_rod(equations):
+    silicone = equations.solid.volume.sum()
+    assert equations.mass.sum() == pytest.approx(1070e-12 * (silicone + np.pi * 12.0), rel=1e-9)
+
+
+def test_chambers_are_closed_by_base_and_cap(equations):
+    """The tiny section's polygons hold less than the circles', by some percent."""
+    volumes = equations.volumes(equations.rest())
+    exact = SHORT.chamber_area * SHORT.body_length * 1e9
+    np.testing.assert_allclose(volumes, volumes[0], rtol=1e-9)
+    assert 0.9 * exact < volumes[0] < exact
+    pressure_on = sum(
+        np.bincount(
+            np.repeat(c.triangles.ravel(), 3) * 3 + np.tile(np.arange(3), c.triangles.size),
+            weights=c.gradient(equations.rest_positions).ravel(),
+            minlength=equations.rest_positions.size,
+        )
+        for c in equations.chambers
+    )
+    # A closed surface under uniform pressure has no resultant.
+    np.testing.assert_allclose(pressure_on.reshape(-1, 3).sum(axis=0), 0.0, atol=1e-10)

@@ -1,0 +1,107 @@
+"""The rod's curve: exact energies of known shapes, and derivatives against differences."""
+
+import numpy as np
+import pytest
+
+from fem_reference.rod_axis import RodAxis, SplineBasis
+from fem_reference.rod_frame import RodFrame
+from tests.fem_fixtures import assemble, difference, relative_error, rotation, times
+
+LENGTH, SPANS = 20.0, 10
+BENDING_STIFFNESS = 3.9
+
+
+@pytest.fixture(scope="module")
+def axis() -> RodAxis:
+    return RodAxis(SplineBasis(LENGTH, SPANS), BENDING_STIFFNESS, 2e-9)
+
+
+def arc(basis: SplineBasis, curvature: float) -> np.ndarray:
+    """Control points of the spline through an arc in the plane y = 0, at the Greville stations."""
+    s = basis.greville
+    points = np.column_stack(
+        [(1.0 - np.cos(curvature * s)) / curvature, 0.0 * s, np.sin(curvature * s) / curvature]
+    )
+    return np.linalg.solve(basis.values(s), points)
+
+
+def wavy(axis: RodAxis) -> np.ndarray:
+    return axis.rest() + 0.3 * np.random.default_rng(3).normal(size=(axis.basis.count, 3))
+
+
+def test_control_points_at_rest_give_the_straight_rod_by_arc_length(axis):
+    s = np.linspace(0.0, LENGTH, 17)
+    np.testing.assert_allclose(axis.basis.values(s) @ axis.rest(), np.outer(s, [0, 0, 1]), atol=1e-13)
+    np.testing.assert_allclose(axis.extension(axis.rest()), 0.0, atol=1e-14)
+    # Round-off of 1e-16 mm in the elongation, times EA/h of 5e4 N/mm, squared and summed.
+    assert axis.energy(axis.rest()) == pytest.approx(0.0, abs=1e-11)
+
+
+def test_an_arc_has_the_energy_of_its_curvature_at_fourth_order():
+    """EI/2 κ² L; cubic splines interpolate second derivatives at second order, which squares to fourth."""
+    errors = []
+    for spans in (10, 20, 40):
+        axis = RodAxis(SplineBasis(LENGTH, spans), BENDING_STIFFNESS, 0.0)
+        controls = arc(axis.basis, 0.05)
+        bending = 0.5 * np.einsum("ai,ab,bi->", controls, axis.bending, controls)
+        errors.append(abs(bending - 0.5 * BENDING_STIFFNESS * 0.05**2 * LENGTH))
+    orders = np.log2(np.divide(errors[:-1], errors[1:]))
+    # Spans at the ends, where interpolation is one-sided, have a constant share: at least second order.
+    assert (orders > 1.9).all()
+
+
+def test_forces_are_the_gradient_of_the_energy_and_stiffness_that_of_the_forces(axis):
+    controls = wavy(axis)
+    direction = np.random.default_rng(0).normal(size=controls.shape)
+
+    def force(t: float) -> np.ndarray:
+        x = controls + t * direction
+        local, *_ = axis.response(x, axis.tension(x))
+        return assemble(axis.connectivity, local, len(x)) + axis.bending @ x
+
+    slope = difference(lambda t: axis.energy(controls + t * direction), 1e-4)
+    # Energy 1e5 N mm to 16 digits over a step of 1e-4.
+    assert slope == pytest.approx(float((force(0.0) * direction).sum()), rel=1e-8)
+    _, stiffness, _ = axis.response(controls, axis.tension(controls))
+    product = times(axis.connectivity, stiffness, direction) + axis.bending @ direction
+    assert relative_error(product, difference(force, 1e-4)) < 1e-8
+
+
+def test_energy_does_not_change_when_the_rod_is_turned_and_moved(axis):
+    controls = wavy(axis)
+    moved = controls @ rotation((1.0, 2.0, -0.5), 0.8).T + [1.0, -2.0, 3.0]
+    assert axis.energy(moved) == pytest.approx(axis.energy(controls), rel=1e-12)
+
+
+def test_the_mass_is_that_of_the_length(axis):
+    assert axis.mass.sum() == pytest.approx(2e-9 * LENGTH, rel=1e-13)
+
+
+@pytest.fixture(scope="module")
+def frame(axis) -> RodFrame:
+    return RodFrame(axis.basis, np.repeat(np.linspace(0.0, LENGTH, 21), 3))
+
+
+def bent(frame: RodFrame, axis: RodAxis, curvature: float) -> np.ndarray:
+    """Sections of three points that follow an arc rigidly, and the arc's control points."""
+    controls = arc(axis.basis, curvature)
+    s = np.repeat(np.linspace(0.0, LENGTH, 21), 3)
+    local = np.tile([[1.0, 0.0], [-0.5, 0.8], [-0.5, -0.8]], (21, 1))
+    centre = axis.basis.values(s) @ controls
+    across = np.column_stack([np.cos(curvature * s), 0.0 * s, -np.sin(curvature * s)])
+    nodes = centre + local[:, :1] * across + local[:, 1:] * np.array([0.0, 1.0, 0.0])
+    return np.concatenate([nodes, controls])
+
+
+def test_the_mean_of_one_deformation_is_itself(frame, axis):
+    x = bent(frame, axis, 0.06)
+    np.testing.assert_allclose(frame.mean([x], [1.0]), x, atol=1e-8)
+
+
+def test_bending_extrapolates_along_the_arc_and_not_along_the_chord(frame, axis):
+    """From 0.6 and 1.2 rad of bending to 1.8: the straight line misses by half of 20 mm · 0.6² rad²."""
+    first, second, third = (bent(frame, axis, k) for k in (0.03, 0.06, 0.09))
+    straight = np.abs(2.0 * second - first - third).max()
+    along = np.abs(frame.mean([second, first], [2.0, -1.0]) - third).max()
+    assert straight > 1.5
+    assert along < 1e-3 * straight

@@ -3,7 +3,9 @@
 from rodmodel._end_zone import End, EndZone
 from rodmodel._equilibria import Adaptive, FixedStep
 from rodmodel._inverse import Inverse
+from rodmodel._jacobian import Jacobian, PoseDerivative
 from rodmodel._load import CalibrationNotFoundError, load, shipped_calibrations
+from rodmodel._predictor import Predictor
 from rodmodel._record import CalibrationFileError
 from rodmodel._rod import Rod
 from rodmodel._solution import RESULTS, Solution
@@ -31,8 +33,11 @@ __all__ = [
     "FixedStep",
     "FreeStateExpansion",
     "Inverse",
+    "Jacobian",
     "Layout",
     "LinearLaw",
+    "PoseDerivative",
+    "Predictor",
     "QuarticLaw",
     "Rod",
     "SectionLaw",

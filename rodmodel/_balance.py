@@ -3,6 +3,7 @@
 from typing import NamedTuple, final
 
 import equinox as eqx
+import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from rodmodel._components import (
@@ -187,6 +188,48 @@ class Equilibrium(eqx.Module):
             changes.append((dbalance, *dmissing))
         return (balance, *missing), changes
 
+    def section_force(
+        self, fraction: Float[Array, ""], follower: Float[Array, "3"] | None
+    ) -> Float[Array, "3"]:
+        """Force n(s) on a section [N], base frame."""
+        return jnp.stack(self._force(fraction, None if follower is None else triple(follower)))
+
+    def turn_rates(
+        self, fraction: Float[Array, ""], force: Float[Array, "3"], turn: Float[Array, "3"]
+    ) -> Float[Array, "3"]:
+        """Derivative of u L by s/L under a force Rᵀn [N] on the section: `turn_rate`, in arrays."""
+        length, u = self.actuator.body_length, turn / self.actuator.body_length
+        factors = None if self.zone is None else self.zone.factors(fraction * length, length)
+        free = self.law.free_curvature
+        curvature = u if factors is None else u + (1.0 - factors.free) * free
+        moment, stiffness = self.law.moment(curvature), self.law.stiffness(curvature)
+        torque = -_axis_cross(force)
+        if factors is not None:
+            torque = torque - factors.stiffness_slope * moment
+            torque = torque + factors.stiffness * factors.free_slope * (stiffness @ free)
+            moment, stiffness = factors.stiffness * moment, factors.stiffness * stiffness
+        return length**2 * _solve_3x3(stiffness, torque - jnp.cross(u, moment))
+
+    def end_balance(
+        self,
+        rotation: Float[Array, "3 3"],
+        turn: Float[Array, "3"],
+        follower: Float[Array, "3"] | None,
+    ) -> Float[Array, " n"]:
+        """Imbalance at the end of the body: `end_imbalance`, in arrays."""
+        length, loads = self.actuator.body_length, self.loads
+        curvature = turn / length
+        moment = self.law.moment(curvature)
+        if self.zone is not None:
+            at = self.zone.factors(jnp.asarray(length, turn.dtype), length)
+            moment = at.stiffness * self.law.moment(curvature + (1.0 - at.free) * self.law.free_curvature)
+        lever = loads.lever if follower is None else loads.lever + self.actuator.cap_length * follower
+        balance = moment - rotation.T @ loads.end_moment - loads.follower_moment
+        balance = balance - _axis_cross(rotation.T @ lever)
+        if follower is None or loads.follower_force is None:
+            return balance
+        return jnp.concatenate([balance, rotation.T @ follower - loads.follower_force])
+
     def _curvature(self, turn: Triple) -> Triple:
         return combine((1.0 / self.actuator.body_length, turn))
 
@@ -206,3 +249,15 @@ class Equilibrium(eqx.Module):
         if section.moment_slope is None:
             return torque
         return combine((1.0, torque), (-1.0, section.moment_slope))
+
+
+def _axis_cross(v: Float[Array, "3"]) -> Float[Array, "3"]:
+    """Product e₃ × v."""
+    return jnp.stack([-v[1], v[0], jnp.zeros_like(v[0])])
+
+
+def _solve_3x3(matrix: Float[Array, "3 3"], right: Float[Array, "3"]) -> Float[Array, "3"]:
+    """Solve a 3 × 3 system by Cramer's rule, far cheaper than a factorisation at this size."""
+    a, b, c = matrix
+    cofactors = jnp.stack([jnp.cross(b, c), jnp.cross(c, a), jnp.cross(a, b)])
+    return jnp.sum(cofactors * right[:, None], axis=0) / jnp.sum(a * cofactors[0])

@@ -11,14 +11,15 @@ from jaxtyping import Array, Float
 from rodmodel._balance import Equilibrium
 from rodmodel._follow import CONVERGED, DIVERGED, Reached, follow, scaled
 from rodmodel._kernel import one_kernel
-from rodmodel._march import march
+from rodmodel._march import Nodes, march
+from rodmodel._sensitivity import nodes_tangent
 
 # What is asked of Newton's method on u L [rad], and of one integration step with adaptive steps.
 _NEWTON = {"float64": 1e-10, "float32": 1e-5}
 _INTEGRATION = {"float64": 1e-10, "float32": 1e-5}
 
-# The adaptive solver's result is given at so many equal parts of the body, and its derivatives are those of
-# as many fixed steps: exact to 1e-7 for a rod that turns by half a turn.
+# The adaptive solver's result is given at so many equal parts of the body; derivatives are integrated over as
+# many or a few more, to 1e-7 for a rod that turns by half a turn.
 _NODES = 32
 _FIRST_STEPS = 8
 
@@ -72,25 +73,71 @@ def _check_tolerance(tolerance: float | None) -> None:
 def solve_equilibrium(equilibrium: Equilibrium, start: Float[Array, " n"] | None, solver: Solver) -> Reached:
     """Solve with one of the solvers; see [`rodmodel._follow.follow`][].
 
-    Derivatives are those of the equilibrium at the load fraction that was reached, not of the iterations:
-    with y(x, θ) the sections and e(x, θ) = 0 the balance at the end, x the unknowns at the base,
-
-        e_x ẋ + e_θ θ̇ = 0,   ẏ = y_x ẋ + y_θ θ̇
-
-    y and e are those of fixed steps: of the fixed steps that were taken, or of steps fine enough.
+    Derivatives are those of the equilibrium at the load fraction that was reached, not of the iterations nor
+    of the steps: see [`rodmodel._sensitivity`][].
     """
-    dtype = equilibrium.law.free_curvature.dtype.name
     if isinstance(solver, FixedStep):
-        tolerance = _NEWTON[dtype] if solver.tolerance is None else solver.tolerance
+        tolerance = _of(_NEWTON, equilibrium) if solver.tolerance is None else solver.tolerance
         return _follow(equilibrium, start, solver.steps, tolerance)
     # Imported late: diffrax takes a while to import, and not every rod needs it.
     from rodmodel._adaptive import polish
 
-    reached = _follow(equilibrium, start, _FIRST_STEPS, 1e-2 * _NEWTON[dtype] ** 0.5)
-    tolerance = _INTEGRATION[dtype] if solver.tolerance is None else solver.tolerance
+    reached = _follow(equilibrium, start, _FIRST_STEPS, 1e-2 * _of(_NEWTON, equilibrium) ** 0.5)
+    tolerance = _of(_INTEGRATION, equilibrium) if solver.tolerance is None else solver.tolerance
     polished, converged = polish(equilibrium, reached, _NODES, tolerance)
     fallen = (reached.outcome == CONVERGED) & ~converged
     return polished._replace(outcome=jnp.where(fallen, DIVERGED, reached.outcome))
+
+
+@partial(jax.custom_jvp, nondiff_argnums=(2,))
+def _solve_finely(
+    equilibrium: Equilibrium, start: Float[Array, " n"] | None, solver: Solver
+) -> tuple[Reached, Nodes]:
+    """Solve, and give nodes that are close enough to integrate over, those of the result among them."""
+    reached = solve_equilibrium(equilibrium, start, solver)
+    if isinstance(solver, Adaptive):
+        return reached, reached.nodes
+
+    def run(equilibrium: Equilibrium, unknown: Float[Array, " n"]) -> Nodes:
+        return march(equilibrium, unknown, solver.steps * _refinement(solver))[0]
+
+    fine: Nodes = one_kernel(run, scaled(equilibrium, reached.load_fraction), reached.unknown)
+    return reached, fine
+
+
+@solve_equilibrium.defjvp
+def _jvp(
+    solver: Solver,
+    primals: tuple[Equilibrium, Float[Array, " n"] | None],
+    tangents: tuple[Equilibrium, Float[Array, " n"] | None],
+) -> tuple[Reached, Reached]:
+    (reached, _), (reached_dot, _) = _finely_jvp(solver, primals, tangents)
+    return reached, reached_dot
+
+
+@_solve_finely.defjvp
+def _finely_jvp(
+    solver: Solver,
+    primals: tuple[Equilibrium, Float[Array, " n"] | None],
+    tangents: tuple[Equilibrium, Float[Array, " n"] | None],
+) -> tuple[tuple[Reached, Nodes], tuple[Reached, Nodes]]:
+    reached, fine = _solve_finely(*primals, solver)
+    fraction = reached.load_fraction
+    fine_dot, unknown_dot = nodes_tangent(
+        scaled(primals[0], fraction), scaled(tangents[0], fraction), fine, reached.unknown
+    )
+    nodes_dot = jax.tree.map(lambda nodes: nodes[:: _refinement(solver)], fine_dot)
+    no_tangent = jax.tree.map(custom_derivatives.zero_from_primal, reached)
+    return (reached, fine), (no_tangent._replace(unknown=unknown_dot, nodes=nodes_dot), fine_dot)
+
+
+def _refinement(solver: Solver) -> int:
+    """Nodes to integrate over, for each step of the solver."""
+    return 1 if isinstance(solver, Adaptive) else -(-_NODES // solver.steps)
+
+
+def _of(tolerances: dict[str, float], equilibrium: Equilibrium) -> float:
+    return tolerances[equilibrium.law.free_curvature.dtype.name]
 
 
 def _follow(
@@ -101,24 +148,3 @@ def _follow(
 
     reached: Reached = one_kernel(run, equilibrium, start)
     return reached
-
-
-@solve_equilibrium.defjvp
-def _jvp(
-    solver: Solver,
-    primals: tuple[Equilibrium, Float[Array, " n"] | None],
-    tangents: tuple[Equilibrium, Float[Array, " n"] | None],
-) -> tuple[Reached, Reached]:
-    equilibrium, start = primals
-    reached = solve_equilibrium(equilibrium, start, solver)
-    steps = solver.steps if isinstance(solver, FixedStep) else _NODES
-    loaded = scaled(equilibrium, reached.load_fraction)
-    loaded_dot = scaled(tangents[0], reached.load_fraction)
-    unknown = reached.unknown
-
-    by_unknown = jax.jacfwd(lambda x: march(loaded, x, steps)[1])(unknown)
-    imbalance_dot = jax.jvp(lambda e: march(e, unknown, steps)[1], (loaded,), (loaded_dot,))[1]
-    unknown_dot = -jnp.linalg.inv(by_unknown) @ imbalance_dot
-    nodes_dot = jax.jvp(lambda e, x: march(e, x, steps)[0], (loaded, unknown), (loaded_dot, unknown_dot))[1]
-    no_tangent = jax.tree.map(custom_derivatives.zero_from_primal, reached)
-    return reached, no_tangent._replace(unknown=unknown_dot, nodes=nodes_dot)

@@ -75,7 +75,11 @@ class _Progress(NamedTuple):
 
 
 def follow(
-    equilibrium: Equilibrium, start: Float[Array, " n"] | None, steps: int, tolerance: float
+    equilibrium: Equilibrium,
+    start: Float[Array, " n"] | None,
+    steps: int,
+    tolerance: float,
+    warm: Bool[Array, ""] | None = None,
 ) -> Reached:
     """Solve for the equilibrium that the rod reaches from its free shape as the loads grow in proportion.
 
@@ -89,6 +93,7 @@ def follow(
         The equilibrium it leads to is taken, whether stable or not. If it leads to none, as without it.
     steps : of the integration.
     tolerance : on u L at the base [rad].
+    warm : whether there is a start, where that is not known before; where not, it must be the free one.
 
     Returns
     -------
@@ -147,7 +152,7 @@ def follow(
             warm=at.warm & hopeful,
         )
 
-    return jax.lax.while_loop(unfinished, advance, _begin(equilibrium, start, steps)).reached
+    return jax.lax.while_loop(unfinished, advance, _begin(equilibrium, start, steps, warm)).reached
 
 
 def shooting_jacobian(
@@ -163,7 +168,9 @@ def scaled(equilibrium: Equilibrium, fraction: Float[Array, ""]) -> Equilibrium:
     return eqx.tree_at(lambda e: e.loads, equilibrium, loads)
 
 
-def _begin(equilibrium: Equilibrium, start: Float[Array, " n"] | None, steps: int) -> _Progress:
+def _begin(
+    equilibrium: Equilibrium, start: Float[Array, " n"] | None, steps: int, warm: Bool[Array, ""] | None
+) -> _Progress:
     """Free shape, of which only the curvature is needed."""
     n, length = equilibrium.unknowns, equilibrium.actuator.body_length
     free = equilibrium.law.free_curvature
@@ -192,7 +199,7 @@ def _begin(equilibrium: Equilibrium, start: Float[Array, " n"] | None, steps: in
         step=one,
         guess=unknown if start is None else start,
         size=jnp.inf * one,
-        warm=jnp.array(start is not None),
+        warm=jnp.array(start is not None) if warm is None else warm,
     )
 
 

@@ -13,6 +13,7 @@ from jaxtyping import Array, Float
 # On a CPU, XLA starts a kernel for each fused operation, at 50 ns or more, which is what small arrays cost. A
 # call with these attributes it compiles to one kernel, loops included: what it does by itself for loops over
 # less than 1 kB. Library calls (LAPACK), scatters and sorts cannot be in it.
+
 _ONE_KERNEL = {"xla_cpu_small_call": "true", "inlineable": "false"}
 
 
@@ -45,7 +46,6 @@ def one_kernel(function: Callable[..., Any], *arguments: Any) -> Any:
         return _pack(jax.tree.leaves(result), dtype)
 
     compiled = jax.jit(flat, inline=False)
-    rows_of = jax.jit(lambda rows: jax.lax.map(flat, rows), inline=False)
 
     @custom_vmap
     def call(values: Float[Array, " n"]) -> Float[Array, " m"]:
@@ -56,7 +56,7 @@ def one_kernel(function: Callable[..., Any], *arguments: Any) -> Any:
         del size, batched
         if jax.default_backend() != "cpu":
             return jax.vmap(flat)(values), True
-        return _call(rows_of, values), True
+        return jax.lax.map(lambda row: _call(compiled, row), values), True
 
     parts = _unpack(call(_pack(leaves, dtype)), [answer.shape for answer in answers])
     typed = [part.astype(answer.dtype) for part, answer in zip(parts, answers, strict=True)]

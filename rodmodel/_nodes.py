@@ -28,14 +28,31 @@ def slope_matrix(steps: int) -> np.ndarray:
 
 
 @cache
-def integral_weights(steps: int) -> np.ndarray:
-    """Weights of the `steps` + 1 points in the integral over the fraction of the body's length, 0 to 1."""
-    weights = np.zeros(steps + 1)
+def middle_matrix(steps: int) -> np.ndarray:
+    """Matrix from values at the `steps` + 1 points to values in the middle between each two."""
+    matrix = np.zeros((steps, steps + 1))
+    for part in range(steps):
+        window, powers = _polynomial(steps, float(part))
+        matrix[part, window] = (part + 0.5 - window.mean()) ** np.arange(window.size) @ powers
+    return matrix
+
+
+@cache
+def integral_matrix(steps: int) -> np.ndarray:
+    """Matrix from values at the `steps` + 1 points to integrals over the fraction of the body's length."""
+    matrix = np.zeros((steps + 1, steps + 1))
     for part in range(steps):
         window, powers = _polynomial(steps, float(part))
         degree = np.arange(1, window.size + 1)
         ends = (np.array([part, part + 1.0]) - window.mean())[:, None] ** degree / degree
-        weights[window] += (ends[1] - ends[0]) @ powers / steps
+        matrix[part + 1] = matrix[part]
+        matrix[part + 1, window] += (ends[1] - ends[0]) @ powers / steps
+    return matrix
+
+
+def integral_weights(steps: int) -> np.ndarray:
+    """Weights of the `steps` + 1 points in the integral over the whole body, as a fraction of its length."""
+    weights: np.ndarray = integral_matrix(steps)[-1]
     return weights
 
 

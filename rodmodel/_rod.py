@@ -1,5 +1,6 @@
 """The rod: a section law, an actuator's dimensions, and the solve."""
 
+from collections.abc import Sequence
 from functools import reduce
 from typing import Any, final
 
@@ -15,7 +16,9 @@ from rodmodel._end_zone import EndZone, section_energy, section_state
 from rodmodel._equilibria import Adaptive, Solver, solve_equilibrium
 from rodmodel._follow import CONVERGED, UNSTABLE, Reached
 from rodmodel._inverse import Inverse, Target, find_pressure
+from rodmodel._jacobian import Jacobian, PoseDerivative
 from rodmodel._loads import Loads, resultants
+from rodmodel._predictor import Predictor
 from rodmodel._shape import Arc, Shape, Stepped
 from rodmodel._solution import RESULTS, Numbers, Solution
 from rodmodel.calibration_file import Actuator, Domain
@@ -185,6 +188,74 @@ class Rod(eqx.Module):
         return find_pressure(solve, free if given else None, self.domain, target, throw)
 
     @eqx.filter_jit
+    def jacobian(
+        self,
+        pressure: Numbers,
+        tip_force: Numbers | None = None,
+        tip_moment: Numbers | None = None,
+        gravity: Numbers | None = None,
+        *,
+        arc_lengths: Numbers = (),
+        solver: Solver = Adaptive(),  # noqa: B008 (frozen)
+        **loads: Any,
+    ) -> tuple[Solution, Jacobian]:
+        """Solve, and differentiate the pose by pressures, tip force, tip moment and gravity.
+
+        By the implicit function theorem, through the equilibrium and not through the iterations. A load that
+        is not given is zero.
+
+        Parameters
+        ----------
+        pressure, tip_force, tip_moment, gravity, solver, loads : as for [`Rod.solve`][], with `throw` false.
+        arc_lengths : where along the rod to differentiate the pose besides the tip [m].
+
+        Returns
+        -------
+        solution : flags included: where it has not converged, the derivatives are those of what it reached.
+        jacobian : derivatives.
+        """
+        s = jnp.asarray(arc_lengths, float)
+
+        def given(load: Numbers | None) -> Float[Array, "3"]:
+            return jnp.zeros(3) if load is None else jnp.asarray(load, float)
+
+        inputs = (jnp.asarray(pressure, float), given(tip_force), given(tip_moment), given(gravity))
+
+        def pose(inputs: tuple[Array, ...]) -> tuple[dict[str, Array], tuple[Solution, dict[str, Array]]]:
+            solution = self.solve(
+                inputs[0], inputs[1], inputs[2], inputs[3], throw=False, solver=solver, **loads
+            )
+            answer = {
+                "tip_position": solution.tip_position,
+                "tip_rotation": solution.tip_rotation,
+                "bending_angle": solution.bending_angle,
+                "bending_plane": solution.bending_plane,
+                "positions": solution.centreline(s),
+                "rotations": solution.frames(s),
+            }
+            return answer, (solution, answer)
+
+        by_inputs, (solution, answer) = jax.jacfwd(pose, has_aux=True)(inputs)
+
+        def of(which: int) -> PoseDerivative:
+            by = {name: values[which] for name, values in by_inputs.items()}
+            return PoseDerivative(
+                tip_position=by["tip_position"],
+                tip_turn=_turn(answer["tip_rotation"], by["tip_rotation"]),
+                bending_angle=by["bending_angle"],
+                bending_plane=by["bending_plane"],
+                positions=by["positions"],
+                turns=jax.vmap(_turn)(answer["rotations"], by["rotations"]),
+            )
+
+        jacobian = Jacobian(pressure=of(0), tip_force=of(1), tip_moment=of(2), gravity=of(3), arc_lengths=s)
+        return solution, jacobian
+
+    def predictor(self, loads: Sequence[str] = (), **options: Any) -> Predictor:
+        """Compile this rod for a control loop: see [`rodmodel.Predictor`][] for the options."""
+        return Predictor(self, loads, **options)
+
+    @eqx.filter_jit
     def _solve(
         self,
         pressure: Float[Array, "3"],
@@ -310,6 +381,13 @@ def _equilibrium_shape(
         length=length,
     )
     return shape, reached
+
+
+def _turn(rotation: Float[Array, "3 3"], change: Float[Array, "3 3 m"]) -> Float[Array, "3 m"]:
+    """Turns ω with δR = ω̂ R, of changes of a rotation."""
+    skew = jnp.einsum("ijm,kj->ikm", change, rotation)
+    skew = 0.5 * (skew - jnp.swapaxes(skew, 0, 1))
+    return jnp.stack([skew[2, 1], skew[0, 2], skew[1, 0]])
 
 
 def _result(good: Bool[Array, ""], converged: Bool[Array, ""], reached: Reached) -> RESULTS:

@@ -114,15 +114,24 @@ def main() -> None:
         "18 elements on a chamber's outer arc, not 12": replace(COARSE, outer_arc=18),
         "24": replace(COARSE, outer_arc=24),
         "36": replace(COARSE, outer_arc=36),
-        "0.25 mm long, not 0.5": replace(COARSE, axial_size=0.25),
+        "0.375 mm long, not 0.5": replace(COARSE, axial_size=0.375),
+        "0.25 mm": replace(COARSE, axial_size=0.25),
         "0.125 mm": replace(COARSE, axial_size=0.125),
-        "twice as many through the outer wall": replace(COARSE, outer_wall_inside=4, outer_wall_outside=2),
+        "24 and 0.25 mm": replace(COARSE, outer_arc=24, axial_size=0.25),
+        "24 and 0.125 mm": replace(COARSE, outer_arc=24, axial_size=0.125),
+        "twice as many inside the thread": replace(COARSE, outer_wall_inside=4),
+        "twice as many outside the thread": replace(COARSE, outer_wall_outside=2),
+        "twice as many in the inner wall": replace(COARSE, inner_wall=4),
+        "twice as many along partitions": replace(COARSE, partition_along=8),
+        "twice as many across partitions": replace(COARSE, partition_across=8),
         "every count times 1.5": refined(COARSE, 1.5),
         "every count times 2": refined(COARSE, 2.0),
     }
     for coupling in COUPLINGS:
         for name, level in levels.items():
-            report(f"{coupling}: {name}", DoubleHelix(), level, (5.0, 15.0), coupling)
+            report(f"{coupling}, even: {name}", DoubleHelix(), level, (5.0, 15.0), coupling)
+            if coupling == "axis":
+                report(f"face to face: {name}", Placed(cuts=columns(level)), level, (5.0, 15.0))
 
 
 if __name__ == "__main__":

@@ -35,6 +35,7 @@ class ActuatorProblem(Problem):
 
     constraints = 0
     reach = 1.5
+    noise = 5e-3
 
     def __init__(self, equations: ActuatorEquations) -> None:
         self.equations = equations

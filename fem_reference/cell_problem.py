@@ -62,6 +62,7 @@ class CellProblem(Problem):
 
     constraints = GAUGES
     reach = 0.3
+    noise = 1e-3
 
     def __init__(self, equations: CellEquations) -> None:
         self.equations = equations

@@ -44,9 +44,8 @@ FORCE_TOLERANCE = 1e-9
 _ROUND_OFF_STEP, _ROUND_OFF_FORCE = 1e-12, 1e-7
 MOMENT_TOLERANCE = 1e-8
 # Where walls touch, the barrier's gradient jumps a little as contact pairs change kind, and Newton's method
-# may end in a cycle about such a jump. It is accepted once the whole step is as small as this [mm] and moves
-# u by no more than a bound of the problem's own, which together bound what is lost.
-CONTACT_STEP = 1e-3
+# may end in a cycle about such a jump. It is accepted below this force [N] once the whole step is within the
+# problem's noise, which bounds what is lost.
 CONTACT_FORCE_TOLERANCE = 1e-3
 MAX_ITERATIONS = 30
 
@@ -94,8 +93,9 @@ class Equilibrium:
     Parameters
     ----------
     residual : largest nodal force left [N].
-    excess_negative : negative pivots of the stiffness beyond those of the constraints; above zero the body is
-        at a saddle of its energy. None where the linear solver does not tell.
+    excess_negative : negative pivots of the stiffness beyond those of the constraints, with the walls'
+        contact taken as convex; above zero the body is at a saddle of its energy. None where the linear
+        solver does not tell.
     """
 
     configuration: Any
@@ -117,6 +117,8 @@ class Problem(abc.ABC):
     constraints: int
     #: Root-mean-square displacement that a step may have [mm].
     reach: float
+    #: Displacement of any node that the contact's jumps may leave open [mm].
+    noise: float
 
     @abc.abstractmethod
     def begin(self, start: Any, target: Any) -> Any:
@@ -198,15 +200,13 @@ def solve_equilibrium(
             negative = solver.factorise(problem.pattern.matrix(linear.data), problem.pattern.revision)
             excess = None if negative is None else negative - problem.constraints
             if force <= FORCE_TOLERANCE and moment <= MOMENT_TOLERANCE:
-                return Equilibrium(at, linear, iteration, force, excess)
-            step = problem.newton_step(solver, linear, target)
-            size = problem.size(step, linear)
+                return _settled(problem, solver, at, linear, iteration, force, excess)
             damped = excess is not None and excess > inertia and force > _SHIFT_ABOVE
             if damped:
                 shift = _factorise_damped(problem, solver, linear, shift, inertia)
-                step = problem.newton_step(solver, linear, target)
-                size = problem.size(step, linear)
-            elif last is not None and last.overshot(size, problem.reach):
+            step = problem.newton_step(solver, linear, target)
+            size = problem.size(step, linear)
+            if not damped and last is not None and last.overshot(size, problem.reach):
                 _LOG.debug("the step would grow to %.2e mm: the last one is halved", size)
                 last = last.halved()
                 at = _admissible_part(problem, last.origin, last.step, last.linear, last.fraction)
@@ -218,9 +218,10 @@ def solve_equilibrium(
             *(iteration, force, moment, size, excess, ", damped" if damped else ""),
         )
         if size <= _ROUND_OFF_STEP and force <= _ROUND_OFF_FORCE and moment <= MOMENT_TOLERANCE:
-            return Equilibrium(at, linear, iteration, force, excess)
-        if iteration >= _PATIENCE and linear.walls_touch and not damped and _at_noise(problem, step, force):
-            return Equilibrium(at, linear, iteration, force, excess)
+            return _settled(problem, solver, at, linear, iteration, force, excess)
+        raised = damped and shift > 0.0
+        if iteration >= _PATIENCE and linear.walls_touch and not raised and _at_noise(problem, step, force):
+            return _settled(problem, solver, at, linear, iteration, force, excess)
         history.append(force)
         stalled = iteration >= _SETTLING and last is not None and size > _CONTRACTION * last.size
         longest = min(problem.longest(step), problem.reach / max(size, problem.reach))
@@ -253,10 +254,28 @@ class _Taken:
         return _Taken(self.origin, self.step, self.linear, self.size, 0.5 * self.fraction, self.halvings + 1)
 
 
+def _settled(
+    problem: Problem,
+    solver: SymmetricSolver,
+    at: Any,
+    linear: Any,
+    iterations: int,
+    force: float,
+    excess: int | None,
+) -> Equilibrium:
+    """The equilibrium, with its inertia free of the contact's own, and the exact factors in the solver."""
+    if excess and linear.walls_touch:
+        data = problem.convex_walls(linear)
+        excess = solver.factorise(problem.pattern.matrix(data), problem.pattern.revision)
+        excess = None if excess is None else excess - problem.constraints
+        solver.factorise(problem.pattern.matrix(linear.data), problem.pattern.revision)
+    return Equilibrium(at, linear, iterations, force, excess)
+
+
 def _at_noise(problem: Problem, step: Any, force: float) -> bool:
     return (
         force <= CONTACT_FORCE_TOLERANCE
-        and float(np.abs(step.positions).max()) <= CONTACT_STEP
+        and float(np.abs(step.positions).max()) <= problem.noise
         and problem.is_small(step)
     )
 
@@ -266,7 +285,7 @@ def _factorise_damped(
 ) -> float:
     """Factorise a stiffness of the branch's inertia: walls made convex, then the diagonal raised.
 
-    Returns the shift, to start from near ``last`` in the next iteration.
+    Returns the shift, to start from near ``last`` in the next iteration; zero where convex walls are enough.
     """
     base = problem.convex_walls(linear) if linear.walls_touch else linear.data
     diagonal = problem.pattern.diagonal[: problem.pattern.size - problem.constraints]

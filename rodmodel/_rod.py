@@ -13,7 +13,7 @@ from rodmodel._balance import Equilibrium
 from rodmodel._bending import bending
 from rodmodel._components import triple
 from rodmodel._end_zone import EndZone, section_energy, section_state
-from rodmodel._equilibria import Adaptive, Solver, solve_equilibrium
+from rodmodel._equilibria import Adaptive, FixedStep, Solver, solve_equilibrium
 from rodmodel._follow import CONVERGED, UNSTABLE, Reached
 from rodmodel._inverse import Inverse, Target, find_pressure
 from rodmodel._jacobian import Jacobian, PoseDerivative
@@ -184,7 +184,7 @@ class Rod(eqx.Module):
         loads = {"tip_force": tip_force, "tip_moment": tip_moment, "gravity": gravity}
         given = {name: jnp.asarray(load, float) for name, load in loads.items() if load is not None}
         free = eqx.Partial(Rod.solve, self, throw=False)
-        solve = eqx.Partial(Rod.solve, self, throw=False, **given)
+        solve = eqx.Partial(Rod.solve, self, throw=False, solver=FixedStep(), **given)
         return find_pressure(solve, free if given else None, self.domain, target, throw)
 
     @eqx.filter_jit

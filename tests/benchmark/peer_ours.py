@@ -1,17 +1,12 @@
 """The common problem by this package: every setting of its solvers."""
 
 from collections.abc import Callable
-from functools import partial
-from typing import final
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
 
-from rodmodel import Actuator, CurvatureLaw, SectionLaw
-from rodmodel._equilibrium import Equilibrium, Loads
-from rodmodel._shooting import shoot
+from rodmodel import Actuator, Adaptive, Domain, FixedStep, LinearLaw, Rod, Solution
 from tests.benchmark.common_problem import (
     BENDING_STIFFNESS,
     FREE_CURVATURE,
@@ -24,75 +19,81 @@ from tests.benchmark.common_problem import (
     Start,
 )
 
-ACTUATOR = Actuator(
-    body_length=LENGTH,
-    cap_length=0.0,
-    body_diameter=0.012,
-    mass_per_length=WEIGHT / (GRAVITY * LENGTH),
-    cap_mass=0.0,
-)
 PRESSURE = 30e3
-"""Of chamber 1, at which the law below has the problem's intrinsic curvature [Pa]."""
-
-_STIFFNESS = np.array([BENDING_STIFFNESS, BENDING_STIFFNESS, TORSION_STIFFNESS])
+"""Of chamber 1, at which the rod below has the problem's intrinsic curvature [Pa]."""
 
 
-@final
-class LinearCurvatureLaw(CurvatureLaw):
-    """Π = ½ (u − û)ᵀ K (u − û) with K = diag(EI, EI, GJ)."""
-
-    free_curvature: Float[Array, "3"]
-
-    def energy(self, curvature: Float[Array, "3"]) -> Float[Array, ""]:
-        """Potential Π [J/m]."""
-        return 0.5 * jnp.sum(_STIFFNESS.astype(curvature.dtype) * (curvature - self.free_curvature) ** 2)
-
-    def moment(self, curvature: Float[Array, "3"]) -> Float[Array, "3"]:
-        """Moment K (u − û) [N m]."""
-        return _STIFFNESS.astype(curvature.dtype) * (curvature - self.free_curvature)
-
-    def stiffness(self, curvature: Float[Array, "3"]) -> Float[Array, "3 3"]:
-        """Tangent stiffness K [N m²]."""
-        return jnp.diag(jnp.asarray(_STIFFNESS, curvature.dtype))
-
-
-@final
-class LinearLaw(SectionLaw):
-    """Intrinsic curvature in proportion to pressure, each chamber to its side."""
-
-    def at(self, pressure: Float[Array, "3"]) -> LinearCurvatureLaw:
-        """Contract the law to a function of the curvature."""
-        azimuth = 2.0 * np.pi / 3.0 * np.arange(3)
-        each = np.stack([np.sin(azimuth), -np.cos(azimuth), np.zeros(3)]) * abs(FREE_CURVATURE[1]) / PRESSURE
-        return LinearCurvatureLaw(jnp.asarray(each, pressure.dtype) @ pressure)
+def rod() -> Rod:
+    """Rod of the problem: linear law, no cap, each chamber bends it to its own side."""
+    azimuth = 2.0 * np.pi / 3.0 * np.arange(3)
+    sides = np.stack([np.sin(azimuth), -np.cos(azimuth), np.zeros(3)])
+    law = LinearLaw(
+        section_stiffness=jnp.diag(jnp.array([BENDING_STIFFNESS, BENDING_STIFFNESS, TORSION_STIFFNESS])),
+        curvature_by_pressure=jnp.asarray(sides * abs(FREE_CURVATURE[1]) / PRESSURE),
+    )
+    actuator = Actuator(
+        body_length=LENGTH,
+        cap_length=0.0,
+        body_diameter=0.012,
+        mass_per_length=WEIGHT / (GRAVITY * LENGTH),
+        cap_mass=0.0,
+    )
+    return Rod(law, actuator, Domain((1e5, 1e5, 1e5), 3e5, 1.0), 0.0)
 
 
-class Adaptive:
-    """Adaptive integration and shooting from the free shape; it takes no start."""
+class Control:
+    """`Predictor`, as a control loop uses it: fixed steps, from the free shape or from its last solution."""
 
-    def __init__(self, tolerance: float) -> None:
-        law = LinearLaw()
-
-        @partial(jax.jit)
-        def solve(pressure: Array, force: Array) -> Array:
-            loads = Loads(tip_force=force, tip_moment=None, gravity=jnp.array([0.0, 0.0, GRAVITY]))
-            shot = shoot(Equilibrium(law.at(pressure), loads, ACTUATOR), tolerance)
-            return jnp.where(shot.load_fraction == 1.0, LENGTH * shot.states[-1, :3], jnp.nan)
-
-        self.solve = solve
-        self.pressure = np.array([PRESSURE, 0.0, 0.0])
+    def __init__(self, solver: FixedStep) -> None:
+        self.pressure, self.gravity = np.array([PRESSURE, 0.0, 0.0]), np.array([0.0, 0.0, GRAVITY])
+        # Two, so that the one that starts warm has seen no other than the neighbouring force.
+        self.cold, self.warm = (rod().predictor(("tip_force", "gravity"), solver=solver) for _ in range(2))
 
     def __call__(self, force: np.ndarray, start: Start | None) -> tuple[np.ndarray, Start]:
-        return np.asarray(self.solve(self.pressure, force)), None
+        if start is None:
+            self.cold.reset()
+        predictor = self.cold if start is None else self.warm
+        prediction = predictor(self.pressure, tip_force=force, gravity=self.gravity)
+        if not prediction.converged:
+            raise RuntimeError("Predictor: not converged")
+        return prediction.tip_position, prediction
+
+
+class Reference:
+    """`Rod.solve` with adaptive steps, from the free shape or from a solution."""
+
+    def __init__(self, solver: Adaptive) -> None:
+        problem = rod()
+        pressure, gravity = jnp.array([PRESSURE, 0.0, 0.0]), jnp.array([0.0, 0.0, GRAVITY])
+
+        def solve(force: jax.Array, start: Solution | None) -> Solution:
+            loads = {"tip_force": force, "gravity": gravity}
+            return problem.solve(pressure, **loads, throw=False, start=start, solver=solver)
+
+        self.solve = jax.jit(solve)
+
+    def __call__(self, force: np.ndarray, start: Start | None) -> tuple[np.ndarray, Start]:
+        solution = self.solve(force, start)
+        if not solution.converged:
+            raise RuntimeError(f"Rod.solve: {solution.result}")
+        return np.asarray(solution.tip_position), solution
 
 
 def settings() -> list[Setting]:
     """Every setting that is timed."""
 
-    def adaptive(tolerance: float) -> Callable[[], Solver]:
-        return lambda: Adaptive(tolerance)
+    def control(solver: FixedStep) -> Callable[[], Solver]:
+        return lambda: Control(solver)
 
-    return [
-        Setting("rodmodel, diffrax", f"tolerance {tolerance:.0e}", adaptive(tolerance))
-        for tolerance in (1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+    def reference(solver: Adaptive) -> Callable[[], Solver]:
+        return lambda: Reference(solver)
+
+    made = [
+        Setting("rodmodel, fixed steps", f"{steps} steps", control(FixedStep(steps, tolerance)))
+        for steps, tolerance in ((3, 1e-5), (4, 1e-5), (6, 1e-6), (8, 1e-7), (16, 1e-8), (32, 1e-9))
     ]
+    made += [
+        Setting("rodmodel, adaptive", f"tolerance {tolerance:.0e}", reference(Adaptive(tolerance)))
+        for tolerance in (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+    ]
+    return made

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 # By the first letters of a family; colours that differ for most eyes.
 _STYLES = {
-    "rodmodel, diffrax": ("#0072b2", "o"),
+    "rodmodel, adaptive": ("#0072b2", "o"),
     "rodmodel": ("#d55e00", "D"),
     "solve_ivp + fsolve, NumPy": ("#999999", "^"),
     "solve_ivp + fsolve, floats": ("#666666", "v"),

@@ -40,7 +40,7 @@ def polish(equilibrium: Equilibrium, reached: Reached, nodes: int, tolerance: fl
     Returns
     -------
     reached : with nodes and unknown corrected.
-    converged : whether the last correction was below ten tolerances.
+    converged : whether the last correction was within the tolerance.
     """
     loaded = scaled(equilibrium, reached.load_fraction)
 
@@ -50,7 +50,7 @@ def polish(equilibrium: Equilibrium, reached: Reached, nodes: int, tolerance: fl
         return shooting_jacobian(equilibrium, unknown, nodes, scale)
 
     def unfinished(at: _Polish) -> Bool[Array, ""]:
-        return (at.size > 10.0 * tolerance) & (at.shots < _MAX_SHOTS) & at.improving
+        return (at.size > tolerance) & (at.shots < _MAX_SHOTS) & at.improving
 
     def advance(at: _Polish) -> _Polish:
         found, imbalance = integrate(loaded, at.unknown, nodes, tolerance)
@@ -59,7 +59,7 @@ def polish(equilibrium: Equilibrium, reached: Reached, nodes: int, tolerance: fl
             * eliminate(one_kernel(jacobian_of, loaded, at.unknown, reached.scale), imbalance)[0]
         )
         size = jnp.max(jnp.abs(correction / reached.scale))
-        done = size <= 10.0 * tolerance
+        done = size <= tolerance
         improving = done | (size <= 0.5 * at.size)
         unknown = jnp.where(improving & ~done, at.unknown - correction, at.unknown)
         return _Polish(unknown, found, size, at.shots + 1, improving)
@@ -70,7 +70,7 @@ def polish(equilibrium: Equilibrium, reached: Reached, nodes: int, tolerance: fl
     begin = _Polish(reached.unknown, empty, jnp.full((), jnp.inf, dtype), jnp.zeros((), int), jnp.array(True))
     end = jax.lax.while_loop(unfinished, advance, begin)
     shots = reached.shots + end.shots
-    return reached._replace(unknown=end.unknown, nodes=end.nodes, shots=shots), end.size <= 10.0 * tolerance
+    return reached._replace(unknown=end.unknown, nodes=end.nodes, shots=shots), end.size <= tolerance
 
 
 def integrate(

@@ -72,6 +72,7 @@ def into_body(q: Quaternion, v: Triple) -> Triple:
     return combine((1.0, v), (2.0 * q[0], t), (2.0, cross(t, a)))
 
 
+@jax.jit
 def out_of_body(q: Quaternion, v: Triple) -> Triple:
     """Components R v in the base frame of a vector of the body frame."""
     a = q[1:]

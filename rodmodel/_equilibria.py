@@ -6,7 +6,7 @@ from functools import partial
 import jax
 import jax.numpy as jnp
 from jax import custom_derivatives
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from rodmodel._balance import Equilibrium
 from rodmodel._follow import CONVERGED, DIVERGED, Reached, follow, scaled
@@ -82,7 +82,7 @@ def solve_equilibrium(equilibrium: Equilibrium, start: Float[Array, " n"] | None
     # Imported late: diffrax takes a while to import, and not every rod needs it.
     from rodmodel._adaptive import polish
 
-    reached = _follow(equilibrium, start, _FIRST_STEPS, 1e-2 * _of(_NEWTON, equilibrium) ** 0.5)
+    reached = _follow_closely(equilibrium, start, 1e-2 * _of(_NEWTON, equilibrium) ** 0.5)
     tolerance = _of(_INTEGRATION, equilibrium) if solver.tolerance is None else solver.tolerance
     polished, converged = polish(equilibrium, reached, _NODES, tolerance)
     fallen = (reached.outcome == CONVERGED) & ~converged
@@ -129,6 +129,27 @@ def _finely_jvp(
     nodes_dot = jax.tree.map(lambda nodes: nodes[:: _refinement(solver)], fine_dot)
     no_tangent = jax.tree.map(custom_derivatives.zero_from_primal, reached)
     return (reached, fine), (no_tangent._replace(unknown=unknown_dot, nodes=nodes_dot), fine_dot)
+
+
+def _follow_closely(equilibrium: Equilibrium, start: Float[Array, " n"] | None, tolerance: float) -> Reached:
+    """Solve with few fixed steps, and with many where that fails: large loads make the rod turn sharply."""
+    few = _without_nodes(_follow(equilibrium, start, _FIRST_STEPS, tolerance))
+
+    def failed(at: tuple[Reached, Bool[Array, ""]]) -> Bool[Array, ""]:
+        return at[1] & (at[0].load_fraction < 1.0)
+
+    def again(at: tuple[Reached, Bool[Array, ""]]) -> tuple[Reached, Bool[Array, ""]]:
+        return _without_nodes(_follow(equilibrium, start, _NODES, tolerance)), jnp.zeros_like(at[1])
+
+    # A loop, which a batch in which all succeed does not enter, as it would both branches of a condition.
+    reached: Reached = jax.lax.while_loop(failed, again, (few, jnp.array(True)))[0]
+    return reached
+
+
+def _without_nodes(reached: Reached) -> Reached:
+    """Result without its nodes, which the adaptive solver does not need."""
+    empty = jax.tree.map(lambda nodes: nodes[:0], reached.nodes)
+    return reached._replace(nodes=empty)
 
 
 def _refinement(solver: Solver) -> int:

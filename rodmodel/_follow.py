@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from rodmodel._balance import Equilibrium, State, Variation
-from rodmodel._components import Triple, combine, cross, dot, solve, triple
+from rodmodel._components import Quaternion, Triple, combine, cross, dot, screw_by, solve, triple
 from rodmodel._march import Nodes, base_state, step
 from rodmodel._second_variation import end_resists, no_fold
 
@@ -179,7 +179,7 @@ def _begin(
     turns = jnp.broadcast_to(length * free, (steps + 1, 3))
     if equilibrium.zone is not None:
         turns = turns * equilibrium.zone.factors(length * fractions, length).free[:, None]
-    nowhere = Nodes(jnp.zeros((steps + 1, 3), dtype), jnp.zeros((steps + 1, 4), dtype), turns)
+    nowhere = _free_shape(turns)
     none = jnp.zeros((), int)
     one = jnp.ones((), dtype)
     unknown = jnp.concatenate([length * equilibrium.base_curvature(), jnp.zeros(n - 3, dtype)])
@@ -203,6 +203,25 @@ def _begin(
     )
 
 
+def _free_shape(turns: Float[Array, "nodes 3"]) -> Nodes:
+    """Shape of given curvatures, each step the screw of their mean."""
+    size = 1.0 / (turns.shape[0] - 1)
+    none = jnp.zeros_like(turns[0, 0])
+
+    def along(
+        at: tuple[Triple, Quaternion], turn: Float[Array, "3"]
+    ) -> tuple[tuple[Triple, Quaternion], tuple[Array, Array]]:
+        position, frame = at
+        frame, shift = screw_by(frame, combine((size, triple(turn))), (none, none, none + size))
+        position = combine((1.0, position), (1.0, shift))
+        return (position, frame), (jnp.stack(position), jnp.stack(frame))
+
+    start: tuple[Triple, Quaternion] = ((none, none, none), (none + 1.0, none, none, none))
+    _, (positions, frames) = jax.lax.scan(along, start, 0.5 * (turns[:-1] + turns[1:]))
+    base = jnp.stack(start[0])[None], jnp.stack(start[1])[None]
+    return Nodes(jnp.concatenate([base[0], positions]), jnp.concatenate([base[1], frames]), turns)
+
+
 def _shoot(
     equilibrium: Equilibrium, unknown: Float[Array, " n"], steps: int, scale: Float[Array, " n"]
 ) -> _Shot:
@@ -224,9 +243,10 @@ def _shoot(
     ) -> tuple[Triple, State, list[Variation], Bool[Array, ""], Nodes]:
         position, state, before, stable, nodes = at
         fraction = size * number.astype(dtype)
+        frame = state.quaternion
         state, shift, after = step(equilibrium, fraction, size, state, follower, before, follower_variations)
         position = combine((1.0, position), (1.0, shift))
-        stable = stable & ((number == 0) | no_fold(before, after))
+        stable = stable & ((number == 0) | no_fold(before, frame, after, state.quaternion))
         return position, state, after, stable, _put(nodes, number + 1, position, state)
 
     start = base_state(triple(unknown[:3]))

@@ -3,6 +3,7 @@
 from typing import final
 
 import equinox as eqx
+import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 
@@ -44,3 +45,10 @@ class Jacobian(eqx.Module):
     tip_moment: PoseDerivative
     gravity: PoseDerivative
     arc_lengths: Float[Array, " s"]
+
+
+def turn_change(rotation: Float[Array, "3 3"], change: Float[Array, "3 3 m"]) -> Float[Array, "3 m"]:
+    """Turns ω with δR = ω̂ R, of changes of a rotation."""
+    skew = jnp.einsum("ijm,kj->ikm", change, rotation)
+    skew = 0.5 * (skew - jnp.swapaxes(skew, 0, 1))
+    return jnp.stack([skew[2, 1], skew[0, 2], skew[1, 0]])

@@ -71,3 +71,19 @@ def resultants(loads: Loads, actuator: Actuator, dtype: jnp.dtype) -> Resultants
         follower_moment=given(loads.follower_moment),
         follower_force=loads.follower_force,
     )
+
+
+def into_base(loads: Loads, rotation: Float[Array, "3 3"]) -> Loads:
+    """Loads in the world frame, as seen from a base; follower loads are in the frame of the cap."""
+
+    def turned(load: Float[Array, "3"] | None) -> Float[Array, "3"] | None:
+        return None if load is None else rotation.T @ load
+
+    return Loads(
+        tip_force=turned(loads.tip_force),
+        tip_moment=turned(loads.tip_moment),
+        gravity=turned(loads.gravity),
+        distributed_force=turned(loads.distributed_force),
+        follower_force=loads.follower_force,
+        follower_moment=loads.follower_moment,
+    )

@@ -10,10 +10,12 @@ from jax.sharding import Mesh, NamedSharding, PartitionSpec
 
 from rodmodel._balance import Equilibrium
 from rodmodel._bending import bending
+from rodmodel._components import solve, triple
 from rodmodel._equilibria import FixedStep
-from rodmodel._follow import CONVERGED, follow
+from rodmodel._follow import CONVERGED, follow, scaled
 from rodmodel._kernel import one_kernel
 from rodmodel._loads import Loads, resultants
+from rodmodel._march import march
 from rodmodel._rotation import rotation_of
 
 _LOADS = ("tip_force", "tip_moment", "gravity", "distributed_force")
@@ -37,6 +39,19 @@ class Prediction(NamedTuple):
     """Whether the pressures are those of the calibration; moments are not looked at."""
 
 
+class TipJacobian(NamedTuple):
+    """Derivatives of the tip in the frame of the base, of the fixed steps themselves; (3, 3) arrays."""
+
+    position_by_pressure: np.ndarray
+    """[m/Pa]"""
+    turn_by_pressure: np.ndarray
+    """Small turn of the cap, δR = (turn × R) [rad/Pa]."""
+    position_by_force: np.ndarray
+    """[m/N]"""
+    turn_by_force: np.ndarray
+    """[rad/N]"""
+
+
 class Predictor:
     """Compiled solve of one rod with fixed steps, without Python's and JAX's costs around it.
 
@@ -50,6 +65,11 @@ class Predictor:
     solver : fixed steps.
     batch : sizes of batches to compile at once.
     devices : over which batches are spread, each an equal part of the rows; the first alone by default.
+
+    Attributes
+    ----------
+    compilations : how many functions have been compiled: for single calls, with the Jacobian, and for each
+        size of a batch.
     """
 
     def __init__(
@@ -70,15 +90,35 @@ class Predictor:
         self._width = 3 * (1 + len(self.loads))
 
         def row_of(row: Any) -> Any:
+            # Runs when JAX traces, not when it calls.
+            self.compilations += 1
             return _row(rod, self.loads, solver, row)
 
+        def row_with_jacobian(row: Any) -> Any:
+            self.compilations += 1
+            return _row(rod, self.loads, solver, row, jacobian=True)
+
         self._one = jax.jit(row_of)
+        self._one_with_jacobian = jax.jit(row_with_jacobian)
         self._many = self._spread(jax.vmap(row_of))
         self._warm: np.ndarray | None = None
+        self.compilations = 0
         self(np.zeros(3), **{name: np.zeros(3) for name in self.loads})
         self.reset()
         for size in batch:
             self(np.zeros((size, 3)), **{name: np.zeros(3) for name in self.loads})
+
+    def jacobian(self, pressure: Any, **loads: Any) -> tuple[Prediction, TipJacobian]:
+        """Predict, and differentiate the tip by pressures and tip force; single calls only.
+
+        The first call compiles. By the implicit function theorem on the equations of the fixed steps.
+        """
+        row = self._given(pressure, loads)
+        if any(value.ndim != 1 for value in row):
+            raise ValueError(f"pressure, loads: got shapes {[v.shape for v in row]}, expected (3,) each")
+        prediction, derivatives = self._single(np.concatenate(row), self._one_with_jacobian)
+        position, turn = derivatives[:18].reshape(3, 6), derivatives[18:].reshape(3, 6)
+        return prediction, TipJacobian(position[:, :3], turn[:, :3], position[:, 3:], turn[:, 3:])
 
     def _spread(self, rows: Any) -> Any:
         if len(self.devices) == 1:
@@ -108,6 +148,14 @@ class Predictor:
         -------
         prediction : rows that cannot be solved are not converged; NaN goes in, NaN comes out.
         """
+        given = self._given(pressure, loads)
+        if all(value.ndim == 1 for value in given):
+            return self._single(np.concatenate(given), self._one)[0]
+        count = max(value.shape[0] for value in given if value.ndim == 2)
+        rows = np.concatenate([np.broadcast_to(value, (count, 3)) for value in given], axis=1)
+        return self._batch(rows)
+
+    def _given(self, pressure: Any, loads: dict[str, Any]) -> list[np.ndarray]:
         if set(loads) != set(self.loads):
             raise ValueError(f"loads: got {sorted(loads)}, expected {sorted(self.loads)}")
         given = [np.asarray(pressure, self._dtype)]
@@ -115,21 +163,17 @@ class Predictor:
         for name, value in zip(("pressure", *self.loads), given, strict=True):
             if value.shape[-1:] != (3,) or value.ndim > 2:
                 raise ValueError(f"{name}: got shape {value.shape}, expected (3,) or (rows, 3)")
-        if all(value.ndim == 1 for value in given):
-            return self._single(np.concatenate(given))
-        count = max(value.shape[0] for value in given if value.ndim == 2)
-        rows = np.concatenate([np.broadcast_to(value, (count, 3)) for value in given], axis=1)
-        return self._batch(rows)
+        return given
 
-    def _single(self, row: np.ndarray) -> Prediction:
+    def _single(self, row: np.ndarray, solve: Any) -> tuple[Prediction, np.ndarray]:
         warm = np.full(3, np.nan, self._dtype) if self._warm is None else self._warm
-        found = np.asarray(self._one(np.concatenate([row, warm])))
+        found = np.asarray(solve(np.concatenate([row, warm])))
         prediction, unknown = _unpack(found)
         if self._warm is not None and not (prediction.converged and prediction.stable):
             self._warm = None
-            return self._single(row)
+            return self._single(row, solve)
         self._warm = unknown if prediction.converged else None
-        return prediction
+        return prediction, found[20:]
 
     def _batch(self, rows: np.ndarray) -> Prediction:
         count, parts = rows.shape[0], len(self.devices)
@@ -142,17 +186,19 @@ class Predictor:
         return _unpack(np.asarray(self._many(padded))[:count])[0]
 
 
-def _row(rod: Any, names: tuple[str, ...], solver: FixedStep, row: Any) -> Any:
+def _row(rod: Any, names: tuple[str, ...], solver: FixedStep, row: Any, jacobian: bool = False) -> Any:
     """Solve one row: pressures, loads, start."""
     parts = [row[3 * k : 3 * k + 3] for k in range(len(names) + 2)]
     good = jnp.all(jnp.isfinite(row[:-3])) & jnp.all(parts[0] >= 0.0)
     pressure, *given = (jnp.where(good, part, 0.0) for part in parts[:-1])
     actuator, length = rod.actuator, rod.actuator.body_length
     loads = resultants(Loads(**dict(zip(names, given, strict=True))), actuator, row.dtype)
-    equilibrium = Equilibrium(rod.section.at(pressure), rod.end_zone, loads, actuator)
+    law = rod.section.at(pressure)
+    equilibrium = Equilibrium(law, rod.end_zone, loads, actuator)
+    law_by_pressure = jax.jacfwd(rod.section.at)(pressure) if jacobian else None
     tolerance = _TOLERANCE if solver.tolerance is None else solver.tolerance
 
-    def solve(equilibrium: Equilibrium, start: Any) -> Any:
+    def answer_of(equilibrium: Equilibrium, start: Any, law_by_pressure: Any) -> Any:
         is_warm = jnp.all(jnp.isfinite(start))
         begin = jnp.where(is_warm, start, length * equilibrium.base_curvature())
         reached = follow(equilibrium, begin, solver.steps, tolerance, is_warm)
@@ -162,13 +208,52 @@ def _row(rod: Any, names: tuple[str, ...], solver: FixedStep, row: Any) -> Any:
         tip = position + actuator.cap_length * last[:, 2]
         converged = (reached.load_fraction == 1.0) & (reached.outcome == CONVERGED)
         flags = jnp.stack([converged, reached.stable]).astype(row.dtype)
-        return jnp.concatenate([tip, last.ravel(), jnp.stack([angle, plane]), reached.unknown, flags])
+        answer = [tip, last.ravel(), jnp.stack([angle, plane]), reached.unknown, flags]
+        if jacobian:
+            loaded = scaled(equilibrium, reached.load_fraction)
+            answer.append(_tip_jacobian(loaded, law_by_pressure, reached.unknown, solver.steps))
+        return jnp.concatenate(answer)
 
     # The network of the law has matrix products, which one kernel cannot have.
-    found = one_kernel(solve, equilibrium, parts[-1])
+    found = one_kernel(answer_of, equilibrium, parts[-1], law_by_pressure)
     in_domain = rod.domain.covers_pressure(pressure)
-    flags = jnp.where(good, jnp.append(found[17:], in_domain.astype(row.dtype)), 0.0)
-    return jnp.concatenate([jnp.where(good, found[:17], jnp.nan), flags])
+    flags = jnp.where(good, jnp.append(found[17:19], in_domain.astype(row.dtype)), 0.0)
+    derivatives = jnp.where(good, found[19:], jnp.nan)
+    return jnp.concatenate([jnp.where(good, found[:17], jnp.nan), flags, derivatives])
+
+
+def _tip_jacobian(equilibrium: Equilibrium, law_by_pressure: Any, unknown: Any, steps: int) -> Any:
+    """Derivatives of tip position and turn by pressures and tip force, (3, 6) each, in one array.
+
+    With x the unknowns, θ the inputs, y the tip and e(x, θ) = 0: dy/dθ = y_θ − y_x e_x⁻¹ e_θ.
+    """
+    actuator = equilibrium.actuator
+
+    def tip(change: Any) -> Any:
+        law = jax.tree.map(
+            lambda at, slope: at + jnp.sum(slope * change[3:6], axis=-1), equilibrium.law, law_by_pressure
+        )
+        loads = equilibrium.loads
+        loads = loads._replace(
+            end_force=loads.end_force + change[6:], lever=loads.lever + actuator.cap_length * change[6:]
+        )
+        moved = Equilibrium(law, equilibrium.zone, loads, actuator)
+        nodes, imbalance = march(moved, unknown + change[:3], steps)
+        rotation = rotation_of(nodes.quaternions[-1])
+        position = actuator.body_length * nodes.positions[-1] + actuator.cap_length * rotation[:, 2]
+        return (position, rotation, imbalance), rotation
+
+    (position, rotation, imbalance), at = jax.jacfwd(tip, has_aux=True)(jnp.zeros(9, unknown.dtype))
+    skew = jnp.sum(rotation[:, None] * at[None, :, :, None], axis=2)
+    turn = jnp.stack([skew[2, 1], skew[0, 2], skew[1, 0]])
+    columns = triple(imbalance[:, 0]), triple(imbalance[:, 1]), triple(imbalance[:, 2])
+    shifts = [jnp.stack(solve(columns, triple(imbalance[:, 3 + k]))) for k in range(6)]
+    by_input = jnp.stack(shifts, axis=1)
+
+    def total(y: Any) -> Any:
+        return (y[:, 3:] - jnp.sum(y[:, :3, None] * by_input[None], axis=1)).ravel()
+
+    return jnp.concatenate([total(position), total(turn)])
 
 
 def _unpack(found: np.ndarray) -> tuple[Prediction, np.ndarray]:

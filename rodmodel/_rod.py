@@ -1,7 +1,6 @@
 """The rod: a section law, an actuator's dimensions, and the solve."""
 
 from collections.abc import Sequence
-from functools import reduce
 from typing import Any, final
 
 import equinox as eqx
@@ -15,17 +14,15 @@ from rodmodel._components import triple
 from rodmodel._end_zone import EndZone, section_energy, section_state
 from rodmodel._equilibria import Adaptive, FixedStep, Solver, solve_equilibrium
 from rodmodel._follow import CONVERGED, UNSTABLE, Reached
+from rodmodel._inputs import all_finite, is_rotation, vector_of
 from rodmodel._inverse import Inverse, Target, find_pressure
-from rodmodel._jacobian import Jacobian, PoseDerivative
-from rodmodel._loads import Loads, resultants
+from rodmodel._jacobian import Jacobian, PoseDerivative, turn_change
+from rodmodel._loads import Loads, into_base, resultants
 from rodmodel._predictor import Predictor
 from rodmodel._shape import Arc, Shape, Stepped
 from rodmodel._solution import RESULTS, Numbers, Solution
 from rodmodel.calibration_file import Actuator, Domain
 from rodmodel.section import CurvatureLaw, SectionLaw
-
-# By how much base_rotation may miss a rotation, entry by entry: enough for one rounded to single precision.
-_ORTHOGONAL = 1e-5
 
 
 @final
@@ -119,16 +116,16 @@ class Rod(eqx.Module):
         forces = {"tip_force": tip_force, "follower_force": follower_force}
         moments = {"tip_moment": tip_moment, "follower_moment": follower_moment}
         given = {
-            **{name: _vector(name, value, "components [N]") for name, value in forces.items()},
-            **{name: _vector(name, value, "components [N m]") for name, value in moments.items()},
-            "gravity": _vector("gravity", gravity, "components [m/s²]"),
-            "distributed_force": _vector("distributed_force", distributed_force, "components [N/m]"),
+            **{name: vector_of(name, value, "components [N]") for name, value in forces.items()},
+            **{name: vector_of(name, value, "components [N m]") for name, value in moments.items()},
+            "gravity": vector_of("gravity", gravity, "components [m/s²]"),
+            "distributed_force": vector_of("distributed_force", distributed_force, "components [N/m]"),
         }
-        position = _vector("base_position", base_position, "coordinates [m]")
+        position = vector_of("base_position", base_position, "coordinates [m]")
         rotation = None if base_rotation is None else jnp.asarray(base_rotation, float)
         if rotation is not None and rotation.shape != (3, 3):
             raise ValueError(f"base_rotation: got shape {rotation.shape}, expected (3, 3): a rotation matrix")
-        pressures = _vector("pressure", pressure, "gauge pressures [Pa]")
+        pressures = vector_of("pressure", pressure, "gauge pressures [Pa]")
         if pressures is None:
             raise ValueError("pressure: got None, expected three gauge pressures [Pa]")
         loads = Loads(**given)
@@ -241,11 +238,11 @@ class Rod(eqx.Module):
             by = {name: values[which] for name, values in by_inputs.items()}
             return PoseDerivative(
                 tip_position=by["tip_position"],
-                tip_turn=_turn(answer["tip_rotation"], by["tip_rotation"]),
+                tip_turn=turn_change(answer["tip_rotation"], by["tip_rotation"]),
                 bending_angle=by["bending_angle"],
                 bending_plane=by["bending_plane"],
                 positions=by["positions"],
-                turns=jax.vmap(_turn)(answer["rotations"], by["rotations"]),
+                turns=jax.vmap(turn_change)(answer["rotations"], by["rotations"]),
             )
 
         jacobian = Jacobian(pressure=of(0), tip_force=of(1), tip_moment=of(2), gravity=of(3), arc_lengths=s)
@@ -267,14 +264,14 @@ class Rod(eqx.Module):
         solver: Solver,
     ) -> Solution:
         good_pressure = jnp.all(jnp.isfinite(pressure) & (pressure >= 0.0))
-        good_loads = _all_finite(loads)
-        good_base = _all_finite(base_position) & _is_rotation(base_rotation)
+        good_loads = all_finite(loads)
+        good_base = all_finite(base_position) & is_rotation(base_rotation)
         good = good_pressure & good_loads & good_base
         # A row that cannot be solved is solved for zeros: its NaN would keep the rest of a batch iterating.
         pressure, loads = jax.tree.map(lambda x: jnp.where(good, x, 0.0), (pressure, loads))
         if base_rotation is not None:
             base_rotation = jnp.where(good, base_rotation, jnp.eye(3, dtype=base_rotation.dtype))
-            loads = _into_base(loads, base_rotation)
+            loads = into_base(loads, base_rotation)
 
         law = self.section.at(pressure)
         shape, reached = _equilibrium_shape(law, loads, self.actuator, self.end_zone, start, solver)
@@ -383,57 +380,9 @@ def _equilibrium_shape(
     return shape, reached
 
 
-def _turn(rotation: Float[Array, "3 3"], change: Float[Array, "3 3 m"]) -> Float[Array, "3 m"]:
-    """Turns ω with δR = ω̂ R, of changes of a rotation."""
-    skew = jnp.einsum("ijm,kj->ikm", change, rotation)
-    skew = 0.5 * (skew - jnp.swapaxes(skew, 0, 1))
-    return jnp.stack([skew[2, 1], skew[0, 2], skew[1, 0]])
-
-
 def _result(good: Bool[Array, ""], converged: Bool[Array, ""], reached: Reached) -> RESULTS:
     # An enumeration's members are of its type, which a type checker does not see.
     names: Any = RESULTS
     failed = RESULTS.where(reached.outcome == UNSTABLE, names.unstable, names.not_converged)
     ended = RESULTS.where(converged, names.successful, failed)
     return RESULTS.where(good, ended, names.bad_input)
-
-
-def _all_finite(values: object) -> Bool[Array, ""]:
-    finite = (jnp.all(jnp.isfinite(value)) for value in jax.tree.leaves(values))
-    return reduce(jnp.logical_and, finite, jnp.array(True))
-
-
-def _is_rotation(matrix: Float[Array, "3 3"] | None) -> Bool[Array, ""]:
-    if matrix is None:
-        return jnp.array(True)
-    near = jnp.all(jnp.abs(matrix.T @ matrix - jnp.eye(3, dtype=matrix.dtype)) < _ORTHOGONAL)
-    return near & (jnp.dot(jnp.cross(matrix[0], matrix[1]), matrix[2]) > 0.0)
-
-
-def _into_base(loads: Loads, rotation: Float[Array, "3 3"]) -> Loads:
-    """Dead loads in the frame of the base; follower loads are in that of the cap."""
-
-    def turned(load: Float[Array, "3"] | None) -> Float[Array, "3"] | None:
-        return None if load is None else rotation.T @ load
-
-    return Loads(
-        tip_force=turned(loads.tip_force),
-        tip_moment=turned(loads.tip_moment),
-        gravity=turned(loads.gravity),
-        distributed_force=turned(loads.distributed_force),
-        follower_force=loads.follower_force,
-        follower_moment=loads.follower_moment,
-    )
-
-
-def _vector(name: str, value: Numbers | None, what: str) -> Float[Array, "3"] | None:
-    """Argument as three numbers of the default precision, or an error that names it; None as it is."""
-    if value is None:
-        return None
-    try:
-        vector = jnp.asarray(value, float)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{name}: got {value!r}, expected three {what}") from error
-    if vector.shape != (3,):
-        raise ValueError(f"{name}: got shape {vector.shape}, expected (3,): three {what}")
-    return vector

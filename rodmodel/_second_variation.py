@@ -16,14 +16,21 @@ Gelfand and Fomin (1963), Calculus of Variations, ch. 5. Kumar and Healey (2010)
 from jaxtyping import Array, Bool, Float
 
 from rodmodel._balance import Variation
-from rodmodel._components import Triple, cross, dot, solve, triple
+from rodmodel._components import Quaternion, Triple, cross, dot, out_of_body, solve, triple
 
 Columns = tuple[Triple, Triple, Triple]
 
 
-def no_fold(before: list[Variation], after: list[Variation]) -> Bool[Array, ""]:
-    """Whether neighbouring solutions stay apart from one node to the next: ∂θ/∂u₀ keeps its signs."""
-    return _is_positive(_divide(_turns(before), _turns(after)))
+def no_fold(
+    before: list[Variation], frame_before: Quaternion, after: list[Variation], frame_after: Quaternion
+) -> Bool[Array, ""]:
+    """Whether neighbouring solutions stay apart from one node to the next: ∂θ/∂u₀ keeps its signs.
+
+    Turns are compared in the frame of the base, in which they do not turn with the rod.
+    """
+    first = tuple(out_of_body(frame_before, turn) for turn in _turns(before))
+    second = tuple(out_of_body(frame_after, turn) for turn in _turns(after))
+    return _is_positive(_divide((first[0], first[1], first[2]), (second[0], second[1], second[2])))
 
 
 def end_resists(variations: list[Variation], imbalance_by_turn: Float[Array, "3 3"]) -> Bool[Array, ""]:

@@ -122,7 +122,8 @@ def test_a_column_softens_to_its_buckling_load(rod: Rod) -> None:
         k = np.sqrt(push / STIFFNESS)
         deflection = force / push * (np.tan(k * LENGTH) / k - LENGTH)
         solution = rod.solve(np.zeros(3), tip_force=[force, 0.0, -push])
-        np.testing.assert_allclose(solution.tip_position[0], deflection, rtol=1e-6)
+        # Steps err by 1e-10 of a u L that is here of 1e-4, and nine tenths of the load make ten times that.
+        np.testing.assert_allclose(solution.tip_position[0], deflection, rtol=1e-6 / (1.0 - part))
 
 
 def test_past_its_buckling_load_a_column_folds_as_the_elastica(rod: Rod) -> None:

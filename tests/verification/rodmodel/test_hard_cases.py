@@ -1,0 +1,225 @@
+"""The two solvers against each other and against what must hold where rods are difficult."""
+
+from dataclasses import replace
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import rodmodel
+from rodmodel import RESULTS, Adaptive, End, EndZone, FixedStep, LinearLaw, Rod
+from tests.unit.rodmodel import synthetic
+
+LENGTH = synthetic.ACTUATOR.body_length
+BARE = replace(synthetic.ACTUATOR, cap_length=0.0, cap_mass=0.0)
+PRESSURE = np.array([40e3, 15e3, 5e3])
+FORCE = np.array([0.02, -0.03, 0.01])
+GRAVITY = np.array([3.0, -5.0, -7.0])
+
+
+@pytest.fixture(scope="module")
+def rod() -> Rod:
+    return synthetic.rod(synthetic.bending_law())
+
+
+@pytest.fixture(scope="module")
+def column() -> Rod:
+    """Straight bare rod of linear law."""
+    law = LinearLaw(jnp.diag(jnp.array([2.0, 2.0, 1.6]) * 1e-4), jnp.zeros((3, 3)))
+    return Rod(law, BARE, synthetic.DOMAIN, 0.0)
+
+
+EULER = np.pi**2 * 2e-4 / (4.0 * LENGTH**2)
+
+
+@pytest.mark.parametrize("steps", [1, 3])
+def test_constant_curvature_is_exact_at_any_number_of_steps(rod: Rod, steps: int) -> None:
+    """Rounding, grown by a few steps, at 300 degrees in one step too."""
+    for scale in (1.0, 2.5):
+        pressure = scale * np.array([60e3, 10e3, 0.0])
+        arc = rod.solve(pressure, throw=False)
+        stepped = rod.solve(pressure, tip_force=np.zeros(3), solver=FixedStep(steps), throw=False)
+        np.testing.assert_allclose(stepped.tip_position, arc.tip_position, atol=1e-12 * LENGTH)
+        np.testing.assert_allclose(stepped.tip_rotation, arc.tip_rotation, atol=1e-12)
+
+
+def test_the_fixed_steps_are_of_order_4(rod: Rod) -> None:
+    """Error at the tip against many steps: halved steps make it sixteen times smaller, ± 15 %."""
+    exact = rod.solve(PRESSURE, FORCE, solver=Adaptive(1e-12)).tip_position
+    errors = [
+        np.linalg.norm(rod.solve(PRESSURE, FORCE, solver=FixedStep(steps)).tip_position - exact)
+        for steps in (8, 16, 32)
+    ]
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    np.testing.assert_allclose(orders, 4.0, atol=0.2)
+
+
+# Curvature per pressure [1/(m kPa)]: chamber k bends the rod away from its azimuth, about an axis across it.
+CHAMBERS = np.array([[0.0, 0.5, -0.5], [-0.6, 0.3, 0.3], [0.0, 0.0, 0.0]])
+
+
+def solve_all(
+    rod: Rod, cases: tuple[np.ndarray, np.ndarray, np.ndarray], solver: FixedStep | Adaptive
+) -> rodmodel.Solution:
+    def one(pressure: jax.Array, force: jax.Array, gravity: jax.Array) -> rodmodel.Solution:
+        return rod.solve(pressure, force, gravity=gravity, solver=solver, throw=False)
+
+    return jax.jit(jax.vmap(one))(*cases)
+
+
+def random_cases(rod: Rod, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pressures over the domain, tip forces to 0.05 N and gravity in any direction."""
+    random = np.random.default_rng(7)
+    pressure = random.uniform(0.0, 1.0, (count, 3)) * rod.domain.pressure_max
+    excess = np.maximum(pressure.sum(axis=1) / rod.domain.pressure_sum_max, 1.0)
+    directions = random.standard_normal((2, count, 3))
+    directions /= np.linalg.norm(directions, axis=2, keepdims=True)
+    force = 0.05 * random.uniform(0.0, 1.0, (count, 1)) * directions[0]
+    return pressure / excess[:, None], force, 9.81 * directions[1]
+
+
+@pytest.mark.parametrize("count", [500, pytest.param(10_000, marks=pytest.mark.slow)])
+def test_random_cases_of_a_convex_law_converge(column: Rod, count: int) -> None:
+    """From a cold start, to about 130 degrees: 99.9 % converge, the others are flagged, no NaN."""
+    section = LinearLaw(column.section.section_stiffness, 1e-3 * jnp.array(CHAMBERS))
+    rod = Rod(section, synthetic.ACTUATOR, rodmodel.load("double-helix").domain, 0.0)
+    solution = solve_all(rod, random_cases(rod, count), FixedStep(8))
+    assert np.mean(solution.converged) >= 0.999
+    assert np.all(np.isfinite(solution.tip_position))
+    assert np.all(np.isfinite(solution.bending_angle))
+    np.testing.assert_array_equal(solution.result == RESULTS.successful, solution.converged)
+
+
+@pytest.mark.parametrize("count", [500, pytest.param(10_000, marks=pytest.mark.slow)])
+def test_random_cases_of_the_shipped_law_agree_and_fail_only_beyond_its_domain(count: int) -> None:
+    """Many of these loads exceed the calibrated moments, where the quartic may lose its stiffness and carry
+    no more: what fails is there, flagged. Inside, all converge and tips agree to 1e-5 of the length."""
+    rod = rodmodel.load("double-helix")
+    cases = random_cases(rod, count)
+    fixed, adaptive = (solve_all(rod, cases, solver) for solver in (FixedStep(16), Adaptive()))
+    for solution in (fixed, adaptive):
+        assert np.all(np.isfinite(solution.tip_position))
+        assert not np.any(solution.in_domain & ~solution.converged)
+        np.testing.assert_array_equal(solution.result == RESULTS.successful, solution.converged)
+    inside = np.asarray(fixed.in_domain & adaptive.in_domain)
+    assert inside.mean() > 0.3
+    apart = np.linalg.norm(fixed.tip_position - adaptive.tip_position, axis=1)[inside]
+    assert apart.max() < 1e-5 * LENGTH
+
+
+def test_an_equilibrium_past_buckling_is_told_to_be_unstable(column: Rod) -> None:
+    """The straight column is an equilibrium under any push; it is a minimum below Euler's load alone."""
+    straight = column.solve(np.zeros(3), tip_force=[0.0, 0.0, 0.0], solver=FixedStep(8))
+    for part, stable in ((0.97, True), (1.03, False)):
+        push = [0.0, 0.0, -part * EULER]
+        kept = column.solve(np.zeros(3), tip_force=push, solver=FixedStep(8), start=straight)
+        assert kept.converged
+        assert bool(kept.stable) is stable
+        np.testing.assert_allclose(kept.tip_position, [0.0, 0.0, LENGTH], atol=1e-12)
+    refused = column.solve(np.zeros(3), tip_force=push, solver=FixedStep(8), throw=False)
+    assert not refused.converged
+    assert refused.result == RESULTS.unstable
+    np.testing.assert_allclose(refused.stats["load_fraction"], 1.0 / 1.03, atol=1e-4)
+
+
+def test_a_follower_load_past_90_degrees_is_the_dead_load_that_it_has_become(column: Rod) -> None:
+    angles = []
+    for size in (0.05, 0.3):
+        follower = np.array([size, 0.0, 0.0])
+        solution = column.solve(np.zeros(3), follower_force=follower, solver=FixedStep(16))
+        dead = solution.tip_rotation @ follower
+        same = column.solve(np.zeros(3), tip_force=dead, solver=FixedStep(16), start=column_start(solution))
+        np.testing.assert_allclose(same.tip_position, solution.tip_position, atol=1e-9 * LENGTH)
+        np.testing.assert_allclose(same.tip_rotation, solution.tip_rotation, atol=1e-9)
+        angles.append(np.degrees(solution.bending_angle))
+    assert angles[1] > 90.0
+
+
+def column_start(solution: rodmodel.Solution) -> rodmodel.Solution:
+    """Start without the follower force among its unknowns."""
+    return replace(solution, unknown=solution.unknown[:3])
+
+
+def test_a_follower_moment_is_a_circle(column: Rod) -> None:
+    """400 degrees, about the rod's own axis of bending: M/EI all along."""
+    moment = 2e-4 * np.radians(400.0) / LENGTH
+    solution = column.solve(np.zeros(3), follower_moment=[0.0, moment, 0.0], solver=FixedStep(8))
+    np.testing.assert_allclose(np.degrees(solution.bending_angle), 400.0, atol=1e-7)
+
+
+def test_the_base_may_stand_anywhere(rod: Rod) -> None:
+    """Loads turned with the base: the same rod, moved; θ and γ are seen from the base."""
+    x, y = np.radians([50.0, -130.0])
+    turn = np.array([[1, 0, 0], [0, np.cos(x), -np.sin(x)], [0, np.sin(x), np.cos(x)]]) @ np.array(
+        [[np.cos(y), 0, np.sin(y)], [0, 1, 0], [-np.sin(y), 0, np.cos(y)]]
+    )
+    place = np.array([0.3, -0.2, 0.1])
+    one = rod.solve(PRESSURE, FORCE, gravity=GRAVITY, distributed_force=[0.0, 0.4, 0.0], solver=FixedStep(8))
+    other = rod.solve(
+        PRESSURE,
+        turn @ FORCE,
+        gravity=turn @ GRAVITY,
+        distributed_force=turn @ np.array([0.0, 0.4, 0.0]),
+        base_position=place,
+        base_rotation=turn,
+        solver=FixedStep(8),
+    )
+    np.testing.assert_allclose(other.tip_position, place + turn @ one.tip_position, atol=1e-12)
+    np.testing.assert_allclose(other.tip_rotation, turn @ one.tip_rotation, atol=1e-11)
+    np.testing.assert_allclose(other.bending_angle, one.bending_angle, atol=1e-11)
+    np.testing.assert_allclose(other.centreline(0.03), place + turn @ one.centreline(0.03), atol=1e-12)
+    bad = rod.solve(PRESSURE, base_rotation=2.0 * turn, throw=False)
+    assert bad.result == RESULTS.bad_input
+
+
+def test_a_distributed_force_is_a_weight(column: Rod) -> None:
+    weight = BARE.mass_per_length * GRAVITY
+    one = column.solve(np.zeros(3), gravity=GRAVITY, solver=FixedStep(8))
+    other = column.solve(np.zeros(3), distributed_force=weight, solver=FixedStep(8))
+    np.testing.assert_allclose(other.tip_position, one.tip_position, atol=1e-14)
+
+
+@pytest.mark.parametrize("factor", [1e3, 1e-3])
+def test_stiff_and_soft_sections_under_loads_in_proportion_bend_alike(factor: float) -> None:
+    def bent(scale: float) -> rodmodel.Solution:
+        law = LinearLaw(scale * jnp.diag(jnp.array([2.0, 2.0, 1.6]) * 1e-4), 3e-4 * jnp.eye(3))
+        rod = Rod(law, BARE, synthetic.DOMAIN, 0.0)
+        return rod.solve([40e3, 5e3, 0.0], tip_force=scale * FORCE, solver=FixedStep(8))
+
+    np.testing.assert_allclose(bent(factor).tip_position, bent(1.0).tip_position, rtol=1e-9, atol=1e-12)
+
+
+def test_a_free_rod_with_end_zones_has_the_scaled_free_curvature(rod: Rod) -> None:
+    zone = EndZone(base=End(0.4, -0.3, 4e-3), cap=End(0.2, -0.5, 6e-3))
+    ended = replace(rod, end_zone=zone)
+    solution = ended.solve(PRESSURE, solver=FixedStep(64))
+    s = np.linspace(0.0, LENGTH, 65)
+    free = np.asarray(rod.section.free_curvature(jnp.array(PRESSURE)))
+    factor = 1.0 - 0.3 * np.exp(-s / 4e-3) - 0.5 * np.exp((s - LENGTH) / 6e-3)
+    # Steps of a quarter of the decay length: an error of order 4 of 2e-5.
+    np.testing.assert_allclose(solution.curvature(s), factor[:, None] * free, atol=2e-5 * np.abs(free).max())
+    assert solution.bending_angle < rod.solve(PRESSURE).bending_angle
+
+
+def test_the_jacobian_is_that_of_central_differences(rod: Rod) -> None:
+    """Also along the rod; and the compliance is symmetric, the Hessian of an energy."""
+    solve = jax.jit(lambda p, f: rod.solve(p, f, gravity=GRAVITY, solver=FixedStep(64), throw=False))
+    solution, jacobian = rod.jacobian(PRESSURE, FORCE, gravity=GRAVITY, arc_lengths=[0.03])
+    assert solution.converged
+    for step, at, derivative in (
+        (70.0, lambda e: solve(PRESSURE + e, FORCE), jacobian.pressure),
+        (1e-4, lambda e: solve(PRESSURE, FORCE + e), jacobian.tip_force),
+    ):
+        columns, middles = [], []
+        for e in step * np.eye(3):
+            near, far = (at(e), at(-e)), (at(2 * e), at(-2 * e))
+            parts = [a.tip_position - b.tip_position for a, b in (near, far)]
+            columns.append((8 * parts[0] - parts[1]) / (12 * step))
+            parts = [a.centreline(0.03) - b.centreline(0.03) for a, b in (near, far)]
+            middles.append((8 * parts[0] - parts[1]) / (12 * step))
+        scale = np.abs(columns).max()
+        np.testing.assert_allclose(derivative.tip_position, np.transpose(columns), atol=1e-6 * scale)
+        np.testing.assert_allclose(derivative.positions[0], np.transpose(middles), atol=1e-6 * scale)
+    compliance = np.asarray(jacobian.tip_force.tip_position)
+    np.testing.assert_allclose(compliance, compliance.T, atol=1e-6 * np.abs(compliance).max())

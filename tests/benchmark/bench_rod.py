@@ -66,9 +66,9 @@ def processor(call: Callable[[], Any]) -> float:
     return min(times)
 
 
-def cold() -> float:
-    """Median wall time of `rodmodel predict` with a tip force, in a fresh process [s]."""
-    arguments = ["predict", "--pressure-kpa", "30", "0", "0", "--tip-force-n", "0", "0.01", "0"]
+def cold(*loads: str) -> float:
+    """Median wall time of `rodmodel predict`, in a fresh process [s]."""
+    arguments = ["predict", "--pressure-kpa", "30", "0", "0", *loads]
     times = []
     for _ in range(COLD_RUNS):
         start = time.perf_counter()
@@ -92,7 +92,11 @@ def measure(name: str, rod: rodmodel.Rod, pressures: np.ndarray, steps: int) -> 
         return predictor(pressures[k % BATCH], **loads)
 
     reference = jax.jit(lambda p: rod.solve(p, **loads, throw=False).tip_position)
-    jacobian = jax.jit(lambda p: rod.jacobian(p, **loads, solver=FixedStep(steps)))
+
+    def with_jacobian(k: int) -> Any:
+        predictor.reset()
+        return predictor.jacobian(pressures[k % BATCH], **loads)
+
     walk = pressures[0] * (1.0 + 0.01 * np.sin(0.05 * np.arange(BATCH)))[:, None]
     return {
         f"{name}_tip_error_over_length": float(error / LENGTH),
@@ -100,7 +104,7 @@ def measure(name: str, rod: rodmodel.Rod, pressures: np.ndarray, steps: int) -> 
         f"{name}_warm_start_us": 1e6 * warm(lambda k: predictor(walk[k % BATCH], **loads)),
         f"{name}_batch_us_per_solve": 1e6 / BATCH * processor(lambda: predictor(pressures, **loads)),
         f"{name}_reference_us": 1e6 * warm(lambda k: reference(pressures[k % BATCH]), 300),
-        f"{name}_solve_and_jacobian_us": 1e6 * warm(lambda k: jacobian(pressures[k % BATCH]), 300),
+        f"{name}_solve_and_jacobian_us": 1e6 * warm(with_jacobian),
     }
 
 
@@ -118,12 +122,17 @@ def main() -> None:
     largest = np.array(calibrated.domain.pressure_max)
     largest = largest * min(1.0, calibrated.domain.pressure_sum_max / largest.sum())
     empty = jax.jit(lambda x: x + 1.0)
+    pressures = random.uniform(0.0, 1.0, (BATCH, 3)) * largest
+    free = jax.jit(calibrated.solve)
     common = np.array([1.0, 0.0, 0.0]) * random.uniform(0.9, 1.1, (BATCH, 1))
     results = {
         "empty_call_us": 1e6 * warm(lambda k: empty(FORCE)),
         **measure("common", common_rod(), common, steps=4),
-        **measure("calibrated", calibrated, random.uniform(0.0, 1.0, (BATCH, 3)) * largest, steps=5),
+        **measure("calibrated", calibrated, pressures, steps=5),
+        "free_jitted_us": 1e6 * warm(lambda k: free(pressures[k % BATCH])),
+        "free_unjitted_us": 1e6 * warm(lambda k: calibrated.solve(pressures[k % BATCH])),
         "cold_process_s": cold(),
+        "cold_process_tip_force_s": cold("--tip-force-n", "0", "0.01", "0"),
     }
     if options.json:
         print(json.dumps(results))

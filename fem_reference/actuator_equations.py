@@ -107,6 +107,7 @@ class ActuatorEquations:
     """
 
     def __init__(self, model: ActuatorModel) -> None:
+        model.winding.refuse_overlap(model.thread)
         geometry = model.geometry
         self.mesh = actuator_mesh(geometry, model.level)
         self.nodes = self.mesh.p.shape[1]

@@ -48,6 +48,7 @@ def one_kernel(function: Callable[..., Any], *arguments: Any) -> Any:
     compiled = jax.jit(flat, inline=False)
 
     @custom_vmap
+    @jax.jit  # XLA aborts on such a call that is not within another function.
     def call(values: Float[Array, " n"]) -> Float[Array, " m"]:
         return _call(compiled, values)
 

@@ -84,18 +84,12 @@ class QuarticLaw(CurvatureLaw):
     def turned(self, turns: int) -> "QuarticLaw":
         """Law of the same section seen from axes turned by −120° · `turns` about its own."""
         turn = jnp.asarray(INTO_TURNED[turns], self.quadratic.dtype)
-        quadratic, cubic, quartic = self.quadratic, self.cubic, self.quartic
-        for axis in _AXES:
-            quadratic = _turn_axis(quadratic, turn, axis)
-            cubic = _turn_axis(cubic, turn, axis)
-        for axis in range(4):
-            quartic = _turn_axis(quartic, turn, axis)
         return replace(
             self,
-            free_curvature=_turn_axis(self.free_curvature, turn, 0),
-            quadratic=quadratic,
-            cubic=cubic,
-            quartic=quartic,
+            free_curvature=_turn(self.free_curvature, turn),
+            quadratic=_turn(self.quadratic, turn),
+            cubic=_turn(self.cubic, turn),
+            quartic=_turn(self.quartic, turn),
         )
 
     def _distance(self, curvature: Float[Array, "3"]) -> Float[Array, "3"]:
@@ -107,9 +101,11 @@ def _contract(tensor: Float[Array, "*n 3"], w: Float[Array, "3"]) -> Float[Array
     return jnp.sum(tensor * w.reshape((1,) * (tensor.ndim - 1) + (3,)), axis=-1)
 
 
-def _turn_axis(tensor: Float[Array, "..."], turn: Float[Array, "3 3"], axis: int) -> Float[Array, "..."]:
-    """Product of one axis of a tensor with the transpose of a matrix."""
-    return jnp.moveaxis(jnp.tensordot(tensor, turn, axes=(axis, 0)), -1, axis)
+def _turn(tensor: Float[Array, "..."], turn: Float[Array, "3 3"]) -> Float[Array, "..."]:
+    """Product of every axis of a tensor with the transpose of a matrix."""
+    for axis in range(tensor.ndim):
+        tensor = jnp.moveaxis(jnp.tensordot(tensor, turn, axes=(axis, 0)), -1, axis)
+    return tensor
 
 
 def symmetric_tensor(entries: Float[Array, " n"], indices: tuple[tuple[int, ...], ...]) -> Array:

@@ -5,20 +5,23 @@ import json
 import math
 import shlex
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
-GOOD, BAD_INPUT, NOT_CONVERGED = 0, 2, 3
-
-
-class BadInputError(ValueError):
-    """What came on the command line cannot be used; the message is one line."""
-
-
-class _Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        self.exit(BAD_INPUT, f"{self.prog}: {message}\n")
+from calibration.cli import _fit_measured
+from calibration.cli._arguments import (
+    BAD_INPUT,
+    GOOD,
+    NOT_CONVERGED,
+    BadInputError,
+    Parser,
+    complain,
+    count,
+    number,
+    positive,
+    refuse_unwritable,
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -33,7 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         status: int = options.command(options, command)
     except BadInputError as error:
-        return _complain(f"{parser.prog}: {' '.join(str(error).split())}", BAD_INPUT)
+        return complain(f"{parser.prog}: {' '.join(str(error).split())}", BAD_INPUT)
     return status
 
 
@@ -80,7 +83,7 @@ def _run(options: argparse.Namespace, command: str) -> int:
             f"--out: got {directory} ({error.strerror}), expected a writable directory"
         ) from error
     except (SweepError, DatasetError) as error:
-        return _complain(f"rodmodel-calibrate run: {error}", NOT_CONVERGED)
+        return complain(f"rodmodel-calibrate run: {error}", NOT_CONVERGED)
     failed = {name: record.end for name, record in records.items() if record.failed}
     states = dataset.sizes["state"]
     if options.json:
@@ -96,7 +99,7 @@ def _run(options: argparse.Namespace, command: str) -> int:
         print(f"{states} states on {len(paths)} paths written to {directory / 'dataset.nc'}")
     if failed:
         ends = "; ".join(f"{name} after {len(records[name].states)} states" for name in failed)
-        return _complain(
+        return complain(
             f"rodmodel-calibrate run: {len(failed)} paths ended early, the rest is written: {ends}", 3
         )
     return GOOD
@@ -110,13 +113,13 @@ def _fit(options: argparse.Namespace, command: str) -> int:
     from rodmodel import save_calibration
 
     dataset, domain = _dataset(options)
-    _refuse_unwritable("--out", Path(options.out))
+    refuse_unwritable("--out", Path(options.out))
     run = attributes(dataset)
     outcome: Judged = fit_and_judge(
         dataset, domain, run["geometry"]["body_length"], options.hidden, options.iterations, options.seed
     )
     if not outcome.good:
-        return _complain(f"rodmodel-calibrate fit: {outcome.complaint}; nothing written", NOT_CONVERGED)
+        return complain(f"rodmodel-calibrate fit: {outcome.complaint}; nothing written", NOT_CONVERGED)
     provenance = {
         "fit_command": command,
         "code_version": code_version(),
@@ -182,48 +185,30 @@ def _dataset(options: argparse.Namespace) -> Any:
     return dataset, Domain(each, total, moment)
 
 
-def _refuse_unwritable(argument: str, file: Path) -> None:
-    """Find out before the work, not after it."""
-    try:
-        with file.open("a"):
-            pass
-        if file.stat().st_size == 0:
-            file.unlink()
-    except OSError as error:
-        raise BadInputError(
-            f"{argument}: got {file} ({error.strerror}), expected a path that can be written"
-        ) from error
-
-
 def _tell(options: argparse.Namespace, answer: dict[str, Any], error: dict[str, Any]) -> None:
     from calibration.report import error_table
 
     print(json.dumps(answer) if options.json else error_table(error))
 
 
-def _complain(message: str, status: int) -> int:
-    print(message, file=sys.stderr)
-    return status
-
-
 def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
+    parser = Parser(
         prog="rodmodel-calibrate", description="Calibrate a section law on the finite-element cell."
     )
-    commands = parser.add_subparsers(required=True, metavar="run | fit | report")
+    commands = parser.add_subparsers(required=True, metavar="run | fit | report | fit-measured")
 
     run = commands.add_parser("run", help="sweep loading paths of the cell; takes up a run that was stopped")
     run.add_argument("--layout", default="double-helix", help="winding layout (default: %(default)s)")
-    run.add_argument("--psi-deg", type=_number, default=0.0, help="winding orientation [deg]")
+    run.add_argument("--psi-deg", type=number, default=0.0, help="winding orientation [deg]")
     run.add_argument(
-        "--pitch-mm", type=_positive, default=3.0, help="winding pitch, twice the rings' spacing [mm]"
+        "--pitch-mm", type=positive, default=3.0, help="winding pitch, twice the rings' spacing [mm]"
     )
     run.add_argument("--elements", default="coarse", choices=["coarse", "medium", "paper"], help="mesh level")
     run.add_argument("--out", required=True, help="directory of the run")
-    run.add_argument("--workers", type=_count, default=2, help="processes, one thread each")
-    run.add_argument("--paths", type=_count, default=100, help="loading paths, every fifth of them held out")
+    run.add_argument("--workers", type=count, default=2, help="processes, one thread each")
+    run.add_argument("--paths", type=count, default=100, help="loading paths, every fifth of them held out")
     run.add_argument("--seed", type=int, default=0, help="of the design")
-    run.add_argument("--moment-max-nmm", type=_positive, default=2.0, help="largest external moment [N mm]")
+    run.add_argument("--moment-max-nmm", type=positive, default=2.0, help="largest external moment [N mm]")
     _domain_options(run, (70.0, 50.0, 50.0), 100.0)
     run.set_defaults(command=_run)
 
@@ -231,9 +216,9 @@ def _parser() -> argparse.ArgumentParser:
     fit.add_argument("dataset", help="netCDF file of a run")
     fit.add_argument("--out", required=True, help="calibration file to write")
     fit.add_argument(
-        "--hidden", type=_count, default=None, help="hidden units a layer; chosen by evidence if not given"
+        "--hidden", type=count, default=None, help="hidden units a layer; chosen by evidence if not given"
     )
-    fit.add_argument("--iterations", type=_count, default=3000, help="of the final training")
+    fit.add_argument("--iterations", type=count, default=3000, help="of the final training")
     fit.add_argument("--seed", type=int, default=0, help="of the first start")
     _domain_options(fit, None, None)
     fit.set_defaults(command=_fit)
@@ -245,10 +230,11 @@ def _parser() -> argparse.ArgumentParser:
     report.add_argument(
         "--compare", action="store_true", help="fit other forms of the law to the same states"
     )
-    report.add_argument("--iterations", type=_count, default=2000, help="of the network that is compared")
+    report.add_argument("--iterations", type=count, default=2000, help="of the network that is compared")
     report.add_argument("--seed", type=int, default=0, help="of the network that is compared")
     report.set_defaults(command=_report)
-    for command in (run, fit, report):
+    measured = _fit_measured.add_to(commands)
+    for command in (run, fit, report, measured):
         command.add_argument("--json", action="store_true", help="one JSON object on stdout")
     return parser
 
@@ -259,38 +245,11 @@ def _domain_options(
     parser.add_argument(
         "--pressure-max-kpa",
         nargs=3,
-        type=_positive,
+        type=positive,
         default=each,
         metavar=("P1", "P2", "P3"),
         help="largest pressure of each chamber",
     )
     parser.add_argument(
-        "--pressure-sum-max-kpa", type=_positive, default=total, help="largest sum of the pressures"
+        "--pressure-sum-max-kpa", type=positive, default=total, help="largest sum of the pressures"
     )
-
-
-def _checked(expected: str, valid: Callable[[float], bool]) -> Callable[[str], float]:
-    def convert(text: str) -> float:
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
-        if not valid(value):
-            raise argparse.ArgumentTypeError(f"got {text!r}, expected {expected}")
-        return value
-
-    return convert
-
-
-_number = _checked("a finite number", math.isfinite)
-_positive = _checked("a positive number", lambda value: math.isfinite(value) and value > 0)
-
-
-def _count(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"got {text!r}, expected a whole number of at least 1")
-    return int(text)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,0 +1,182 @@
+"""The shipped section law, adjusted to an actuator of one's own by ten numbers."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, final
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from rodmodel import CurvatureLaw, Domain, Rod, SectionLaw
+
+NAMES = (
+    "stiffness_scale",
+    *(f"pressure_gain_{k}" for k in (1, 2, 3)),
+    *(f"pressure_offset_{k}" for k in (1, 2, 3)),
+    *(f"wall_variation_{k}" for k in (1, 2, 3)),
+)
+
+# Newton's method starts at the map's free curvature and doubles its digits: 1e-2, 1e-4, 1e-8, 1e-16.
+_NEWTON_STEPS = 6
+
+
+@dataclass(frozen=True)
+class OuterWall:
+    """Third of the tube's outer wall that closes a chamber; by default that of the calibrated actuator.
+
+    Mid-radius [m], thickness [m] and shear modulus at rest [Pa].
+    """
+
+    radius: float = 5.5e-3
+    thickness: float = 1e-3
+    shear_modulus: float = 0.1e6
+
+    def stiffness(self) -> np.ndarray:
+        """Stiffness of each chamber's outer wall against curvature and twist, about the rod's axis.
+
+        Of a thin arc of silicone at rest, r(φ) its place and φ from −60° to 60° about the chamber's centre:
+        its axial strain is ε = r (u₁ sin φ − u₂ cos φ), its shear r u₃, and with E = 3G
+
+            W_k = ∂²/∂u² ∫ ½ (E ε² + G r² u₃²) t r dφ.
+
+        Returns
+        -------
+        stiffness : (3, 3, 3), a symmetric matrix for each chamber, body frame [N m²].
+        """
+        half = math.pi / 3.0
+        cube = self.shear_modulus * self.thickness * self.radius**3
+        along, across, twist = half + 0.5 * math.sin(2 * half), half - 0.5 * math.sin(2 * half), 2 * half
+        local = cube * np.diag([3.0 * across, 3.0 * along, twist])
+        turns = [_turn_about_axis(2.0 * math.pi / 3.0 * k) for k in range(3)]
+        return np.stack([turn @ local @ turn.T for turn in turns])
+
+
+def _turn_about_axis(angle: float) -> np.ndarray:
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+@final
+class AdjustedLaw(SectionLaw):
+    """A map, softened or stiffened, with other pressures and other walls.
+
+        Π(u, p) = s [ Π_map(u, g p + o) + ½ Σ_k w_k uᵀ W_k u ]
+
+    s is the stiffness scale: it multiplies the moment law, so that it shows under loads alone. g and o are
+    gain [-] and offset [Pa] of each chamber's pressure: of the sensor, and of how strongly the chamber bends
+    the rod. A softer silicone, all moduli times c, is s = c and g = 1/c. w is the wall variation: by which
+    part the outer wall of chamber k is stiffer than in the map, all else as there; for a wall of the same
+    silicone, by which part it is thicker. What a thicker wall does to its own chamber's drive is in the gain;
+    what it does when the others bend the rod is in w alone.
+
+    Volumes are conjugate to the pressures as they are read, −∂Π/∂p. With offsets, the section is not straight
+    at zero pressure read. The map is extrapolated where g p + o is negative.
+
+    Attributes
+    ----------
+    law : the map.
+    parameters : s, g (three), o (three, [Pa]), w (three), in the order of `NAMES`.
+    wall : the outer wall that w counts in.
+    """
+
+    law: SectionLaw
+    parameters: Float[Array, "10"]
+    wall: OuterWall = eqx.field(static=True, default=OuterWall())
+
+    def at(self, pressure: Float[Array, "3"]) -> "AdjustedCurvatureLaw":
+        """Contract the law to a function of the curvature.
+
+        Parameters
+        ----------
+        pressure : gauge pressure of each chamber, as read [Pa].
+        """
+        scale, gain, offset, variation = _parts(self.parameters)
+        law = self.law.at(gain * pressure + offset)
+        walls = jnp.asarray(self.wall.stiffness(), self.parameters.dtype)
+        return AdjustedCurvatureLaw(law, scale, jnp.tensordot(variation, walls, axes=1))
+
+
+@final
+class AdjustedCurvatureLaw(CurvatureLaw):
+    """Adjusted law at one pressure: s [Π_map(u) + ½ uᵀ W u]."""
+
+    law: CurvatureLaw
+    free_curvature: Float[Array, "3"]
+    scale: Float[Array, ""]
+    walls: Float[Array, "3 3"]
+
+    def __init__(self, law: CurvatureLaw, scale: Float[Array, ""], walls: Float[Array, "3 3"]) -> None:
+        self.law = law
+        self.scale = scale
+        self.walls = walls
+
+        def newton(u: Float[Array, "3"], _: None) -> tuple[Float[Array, "3"], None]:
+            step = jnp.linalg.solve(law.stiffness(u) + walls, law.moment(u) + walls @ u)
+            return u - step, None
+
+        self.free_curvature = jax.lax.scan(newton, law.free_curvature, None, _NEWTON_STEPS)[0]
+
+    def energy(self, curvature: Float[Array, "3"]) -> Float[Array, ""]:
+        """Potential Π [J/m]."""
+        return self.scale * (self.law.energy(curvature) + 0.5 * curvature @ self.walls @ curvature)
+
+    def moment(self, curvature: Float[Array, "3"]) -> Float[Array, "3"]:
+        """Moment ∂Π/∂u [N m]."""
+        return self.scale * (self.law.moment(curvature) + self.walls @ curvature)
+
+    def stiffness(self, curvature: Float[Array, "3"]) -> Float[Array, "3 3"]:
+        """Tangent stiffness ∂²Π/∂u² [N m²]."""
+        return self.scale * (self.law.stiffness(curvature) + self.walls)
+
+    def expand(self, curvature: tuple[Array, Array, Array]) -> Any:
+        """Moment, stiffness and its slope at a curvature [1/m], in scalars."""
+        # A checker does not see the lengths of tuples that are made in a loop.
+        of_map: Any = self.law.expand(curvature)
+        s, walls = self.scale, self.walls
+        x, y, z = curvature
+        pairs = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+        return of_map._replace(
+            moment=tuple(
+                s * (m + walls[i, 0] * x + walls[i, 1] * y + walls[i, 2] * z)
+                for i, m in enumerate(of_map.moment)
+            ),
+            stiffness=tuple(s * (k + walls[pair]) for k, pair in zip(of_map.stiffness, pairs, strict=True)),
+            third=None if of_map.third is None else tuple(s * t for t in of_map.third),
+        )
+
+
+def default_parameters() -> np.ndarray:
+    """Parameters of the map as it is: s = 1, g = 1, o = 0, w = 0."""
+    return np.array([1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+
+
+def adjusted_rod(rod: Rod, parameters: np.ndarray, wall: OuterWall | None = None) -> Rod:
+    """Rod of an actuator of one's own: the section adjusted, and the domain in pressures as they are read.
+
+    Parameters
+    ----------
+    rod : of the map.
+    parameters : in the order and units of `NAMES` and [`AdjustedLaw`][].
+    wall : the outer wall that the wall variation counts in.
+
+    Returns
+    -------
+    rod : its `error_estimate` stays that of the map against the FEM.
+    """
+    scale, gain, offset, _ = _parts(np.asarray(parameters, np.float64))
+    first, second, third = (
+        max((maximum - o) / g, 0.0)
+        for maximum, g, o in zip(rod.domain.pressure_max, gain, offset, strict=True)
+    )
+    # With unequal gains the bound on the sum is a plane of another slope: the largest gain is the safe one.
+    total = max((rod.domain.pressure_sum_max - offset.sum()) / gain.max(), 0.0)
+    domain = Domain((first, second, third), float(total), float(scale) * rod.domain.moment_max)
+    law = AdjustedLaw(rod.section, jnp.asarray(parameters, float), OuterWall() if wall is None else wall)
+    return replace(rod, section=law, domain=domain)
+
+
+def _parts(parameters: Any) -> tuple[Any, Any, Any, Any]:
+    return parameters[0], parameters[1:4], parameters[4:7], parameters[7:10]

@@ -1,0 +1,65 @@
+"""What the commands share: exit statuses, refusals, and numbers that are checked as they are parsed."""
+
+import argparse
+import math
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import NoReturn
+
+GOOD, BAD_INPUT, NOT_CONVERGED = 0, 2, 3
+
+
+class BadInputError(ValueError):
+    """What came on the command line cannot be used; the message is one line."""
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Refuse in one line."""
+        self.exit(BAD_INPUT, f"{self.prog}: {message}\n")
+
+
+def refuse_unwritable(argument: str, file: Path) -> None:
+    """Find out before the work, not after it."""
+    try:
+        with file.open("a"):
+            pass
+        if file.stat().st_size == 0:
+            file.unlink()
+    except OSError as error:
+        raise BadInputError(
+            f"{argument}: got {file} ({error.strerror}), expected a path that can be written"
+        ) from error
+
+
+def complain(message: str, status: int) -> int:
+    """Say it on stderr; the status comes back."""
+    print(message, file=sys.stderr)
+    return status
+
+
+def _checked(expected: str, valid: Callable[[float], bool]) -> Callable[[str], float]:
+    def convert(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not valid(value):
+            raise argparse.ArgumentTypeError(f"got {text!r}, expected {expected}")
+        return value
+
+    return convert
+
+
+number = _checked("a finite number", math.isfinite)
+positive = _checked("a positive number", lambda value: math.isfinite(value) and value > 0)
+
+
+def count(text: str) -> int:
+    """Whole number of at least 1."""
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"got {text!r}, expected a whole number of at least 1")
+    return int(text)

@@ -5,6 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+# A combination held at its default, and in truth one plausible spread off it, moves the estimates of the
+# others by at most this part of their standard errors.
+TOLD = 1.0 / 3.0
+
 # Shares of a combination that are named beside its largest.
 _NAMED = 0.25
 
@@ -33,8 +37,9 @@ def identify(
     """Parameters that the data determine, and those to hold.
 
     With the columns of the weighted Jacobian times the plausible spread of each parameter, a singular value σ
-    is the inverse of the standard error of its combination, counted in plausible spreads. Where σ < 1 the
-    data say less about the combination than is known without them. One of its parameters is then held: of
+    is the inverse of the standard error of its combination, counted in plausible spreads. Where σ < 1/3 the
+    data say far less about the combination than is known without them, and what it is in truth hardly moves
+    the estimates of the others. One of its parameters is then held: of
     those with at least half of the largest share the one last in `keep_first`; and so on without it.
 
     Parameters
@@ -56,11 +61,11 @@ def identify(
         _, sigma, rows = np.linalg.svd(scaled[:, free], full_matrices=True)
         sizes = np.concatenate([sigma, np.zeros(len(free) - len(sigma))])
         alone = np.linalg.norm(scaled[:, free], axis=0)
-        if alone.min() < 1.0:
+        if alone.min() < TOLD:
             # What the data do not see by itself is no matter of combinations, which a null space mixes.
             shares = np.eye(len(free))[np.argmin(alone)]
             size = float(alone.min())
-        elif sizes[-1] < 1.0:
+        elif sizes[-1] < TOLD:
             shares, size = rows[-1] / rows[-1][np.argmax(np.abs(rows[-1]))], float(sizes[-1])
         else:
             break

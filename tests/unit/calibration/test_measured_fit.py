@@ -1,0 +1,255 @@
+"""The fit to measurements: known parameters come back, intervals cover, and what is not known is said."""
+
+import csv
+import json
+from pathlib import Path
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import rodmodel
+from calibration.adjusted_law import (
+    NAMES,
+    AdjustedLaw,
+    OuterWall,
+    adjusted_rod,
+    default_parameters,
+)
+from calibration.cli import main
+from calibration.identifiability import identify
+from calibration.measured import ANGLE, PLANE, POSITIONS, PRESSURES, Measured
+from calibration.measured_file import read_adjustment
+from calibration.measured_fit import Noise, fit_measured
+from fem_reference import ActuatorGeometry, Ogden
+from rodmodel import FreeStateExpansion, LinearLaw
+
+OUTPUTS = (ANGLE, PLANE, *POSITIONS)
+TRUTH = np.array([1.0, 1.05, 0.93, 0.97, 600.0, -400.0, 300.0, 0.15, 0.0, -0.1])
+NOISE = Noise()
+
+
+@pytest.fixture(scope="module")
+def rod():
+    return rodmodel.load("double-helix")
+
+
+def pressures(chambers, up_to=40.0):
+    """24 rows: some pressures of each set of chambers."""
+    each = 24 // len(chambers)
+    levels = np.linspace(8.0, up_to, each)
+    return 1e3 * np.concatenate([np.outer(levels, chamber) for chamber in chambers])
+
+
+ALL = pressures([(1, 0, 0), (0, 1, 0), (0, 0, 1), (0.6, 0.6, 0), (0, 0.6, 0.6), (0.6, 0, 0.6)])
+
+
+def true_values(rod, parameters, pressure):
+    """Angle, plane and tip of the adjusted rod, by its own reference solver."""
+    adjusted = adjusted_rod(rod, parameters)
+    solved = eqx.filter_jit(jax.vmap(lambda p: adjusted.solve(p, throw=False)))(pressure)
+    assert np.all(solved.converged)
+    bend = np.stack([solved.bending_angle, solved.bending_plane], axis=1)
+    return np.concatenate([bend, solved.tip_position], axis=1)
+
+
+def noisy(values, rng):
+    noise = rng.normal(size=values.shape)
+    sine = np.sin(values[:, 0])
+    scales = [np.full_like(sine, NOISE.angle), NOISE.angle / sine, *[np.full_like(sine, NOISE.position)] * 3]
+    return values + np.stack(scales, axis=1) * noise
+
+
+def rows(pressure, values):
+    return Measured(pressure, OUTPUTS, values, None, None, tuple(range(2, 2 + len(pressure))))
+
+
+@pytest.fixture(scope="module")
+def exact(rod):
+    return true_values(rod, TRUTH, ALL)
+
+
+def test_known_parameters_come_back_from_data_without_noise(rod, exact):
+    fit = fit_measured(rod, rows(ALL, exact), NOISE)
+    # Without loads the scale of the moment law does not show, to any precision.
+    assert [held.name for held in fit.held] == ["stiffness_scale"]
+    assert fit.held[0].uncertainty == np.inf
+    # Data and fit solve the same equations to 1e-9; weighted, that is below 1e-5 of a standard error.
+    free = np.isfinite(fit.standard_error)
+    assert np.all(np.abs(fit.parameters - TRUTH)[free] < 1e-5 * fit.standard_error[free])
+    assert fit.parameters[0] == 1.0
+    assert fit.chi_square[0] > 3.0
+    assert fit.chi_square[1] < 1e-10
+
+
+def test_the_intervals_of_a_hundred_noise_draws_contain_the_truth(rod, exact):
+    rng = np.random.default_rng(0)
+    covered, distances, squares = [], [], []
+    for _ in range(100):
+        fit = fit_measured(rod, rows(ALL, noisy(exact, rng)), NOISE)
+        assert [held.name for held in fit.held] == ["stiffness_scale"]
+        low, high = fit.interval[1:].T
+        covered.append((low <= TRUTH[1:]) & (TRUTH[1:] <= high))
+        distances.append((fit.parameters - TRUTH)[1:] / fit.standard_error[1:])
+        squares.append(fit.chi_square[1])
+    # A hundred draws of a 95 % interval: standard error 2.2 % for one parameter, less for the mean of nine.
+    assert np.mean(covered) >= 0.92
+    assert np.all(np.mean(covered, axis=0) >= 0.87)
+    # Intervals too wide would cover as well: their width is near the scatter's, which 100 draws tell to
+    # ±7 %. The scatter is up to 1.27 standard errors: these are of the linearised model, and the planes'
+    # weights are those at the map's angles.
+    scatter = np.std(distances, axis=0)
+    assert np.all((scatter > 0.8) & (scatter < 1.4))
+    # χ² of 111 degrees of freedom over them has a standard deviation of 0.13, and the mean of 100 of 0.013.
+    assert abs(np.mean(squares) - 1.0) < 0.05
+
+
+def test_noise_of_another_size_is_estimated_from_the_residuals(rod, exact):
+    data = rows(ALL, noisy(exact, np.random.default_rng(3)))
+    given = fit_measured(rod, data, NOISE)
+    third = Noise(NOISE.angle / 3.0, NOISE.position / 3.0, estimate=True)
+    estimated = fit_measured(rod, data, third)
+    # The same weights up to a factor: the same minimum, to the tolerance of least squares.
+    np.testing.assert_allclose(estimated.parameters, given.parameters, rtol=1e-5, atol=0.1)
+    assert estimated.noise_scale == pytest.approx(3.0, rel=0.25)  # 111 degrees of freedom: 7 % standard error
+    ratio = estimated.standard_error[1:] / given.standard_error[1:]
+    np.testing.assert_allclose(ratio, estimated.noise_scale / 3.0, rtol=1e-4)
+
+
+def test_chamber_1_alone_says_nothing_of_the_others_and_mixes_its_own(rod):
+    pressure = pressures([(1, 0, 0)])
+    data = rows(pressure, true_values(rod, default_parameters(), pressure))
+    fit = fit_measured(rod, data, NOISE)
+    held = {h.name: h for h in fit.held}
+    for name in ("stiffness_scale", "pressure_gain_2", "pressure_gain_3"):
+        assert held[name].combination == {name: 1.0}
+        assert held[name].uncertainty == np.inf
+    # Its walls it feels only together: one thicker is the two others thinner.
+    assert len(held["wall_variation_1"].combination) > 1
+    assert "pressure_gain_1" not in held
+    np.testing.assert_allclose(fit.parameters, default_parameters(), atol=1e-4)
+
+
+def test_a_combination_that_no_row_sees_is_named_and_one_of_it_held():
+    # Residuals depend on a + b and on c; d enters nothing.
+    jacobian = np.array([[50.0, 50.0, 0.0, 0.0], [30.0, 30.0, 20.0, 0.0], [0.0, 0.0, 40.0, 0.0]])
+    free, held = identify(jacobian, ("a", "b", "c", "d"), np.ones(4), (0, 1, 2, 3))
+    assert free == [0, 2]
+    assert [h.name for h in held] == ["d", "b"]
+    assert held[0].combination == {"d": 1.0}
+    assert held[1].combination["a"] == pytest.approx(-held[1].combination["b"], rel=1e-12)
+    assert set(held[1].combination) == {"a", "b"}
+
+
+def test_a_tip_load_shows_the_stiffness_scale():
+    stiffness = jnp.diag(jnp.array([2.4e-4, 2.4e-4, 2.2e-4]))
+    per_pressure = 4e-4 * jnp.array([[0.0, 0.866, -0.866], [-1.0, 0.5, 0.5], [0.0, 0.0, 0.0]])
+    actuator = rodmodel.Actuator(0.06, 0.006, 0.012, 0.068, 0.73e-3)
+    domain = rodmodel.Domain((60e3, 60e3, 60e3), 100e3, 1.5e-3)
+    rod = rodmodel.Rod(LinearLaw(stiffness, per_pressure), actuator, domain, 0.01)
+    truth = default_parameters()
+    truth[:4] = 1.2, 1.0, 1.1, 0.9
+    adjusted = adjusted_rod(rod, truth)
+    force = np.tile([[0.012, 0.0, 0.0], [0.0, 0.012, 0.0]], (12, 1))
+    solved = eqx.filter_jit(jax.vmap(lambda p, f: adjusted.solve(p, tip_force=f, throw=False)))(ALL, force)
+    assert np.all(solved.converged)
+    data = Measured(ALL, POSITIONS, np.asarray(solved.tip_position), force, None, tuple(range(2, 26)))
+    fit = fit_measured(rod, data, Noise(position=0.2e-3))
+    assert np.isfinite(fit.standard_error[0])
+    # Fixed steps against the adaptive reference: within 1 µm here, a two-hundredth of the noise.
+    free = np.isfinite(fit.standard_error)
+    assert np.all(np.abs(fit.parameters - truth)[free] < 0.02 * fit.standard_error[free])
+
+
+@pytest.mark.parametrize("pressure", [[0.0, 0.0, 0.0], [30e3, 0.0, 0.0], [5e3, 20e3, 10e3]])
+def test_the_adjusted_law_is_a_potential_with_its_moment_free_curvature_and_expansion(rod, pressure):
+    law = AdjustedLaw(rod.section, jnp.asarray([1.3, *TRUTH[1:]]))
+    u, p = jnp.array([3.0, -14.0, 2.0]), jnp.asarray(pressure)
+    at = law.at(p)
+    np.testing.assert_allclose(at.moment(u), jax.grad(at.energy)(u), rtol=1e-12)
+    np.testing.assert_allclose(at.stiffness(u), jax.hessian(at.energy)(u), rtol=1e-10, atol=1e-17)
+    moment, stiffness, third = at.expand((u[0], u[1], u[2]))
+    np.testing.assert_allclose(moment, at.moment(u), rtol=1e-12)
+    np.testing.assert_allclose(stiffness, at.stiffness(u)[np.triu_indices(3)], rtol=1e-10, atol=1e-17)
+    np.testing.assert_allclose(third[0], jax.jacfwd(at.stiffness)(u)[0, 0, 0], rtol=1e-9, atol=1e-18)
+    # Newton's method has come to rounding: of moments, 1e-16 of some 1e-3 N m.
+    assert np.max(np.abs(at.moment(at.free_curvature))) < 1e-16
+
+
+def test_the_default_parameters_leave_the_law_as_it_is(rod):
+    law = AdjustedLaw(rod.section, jnp.asarray(default_parameters()))
+    u, p = jnp.array([3.0, -14.0, 2.0]), jnp.array([20e3, 5e3, 0.0])
+    assert isinstance(rod.section, FreeStateExpansion)
+    np.testing.assert_allclose(law.moment(u, p), rod.section.moment(u, p), rtol=1e-14)
+    np.testing.assert_allclose(law.volume(u, p), rod.section.volume(u, p), rtol=1e-12)
+    np.testing.assert_allclose(law.free_curvature(p), rod.section.free_curvature(p), rtol=1e-12, atol=1e-12)
+
+
+def test_the_walls_are_those_of_the_actuator_and_close_to_a_ring():
+    wall, geometry = OuterWall(), ActuatorGeometry()
+    assert wall.thickness == geometry.outer_wall
+    assert wall.radius == pytest.approx(geometry.body_diameter / 2 - geometry.outer_wall / 2, rel=1e-15)
+    assert wall.shear_modulus == pytest.approx(sum(Ogden().shear_moduli), rel=0.01)
+    # Three of them are a thin ring: E π t r³ about either axis, 2 π G t r³ in torsion.
+    ring = np.pi * wall.shear_modulus * wall.thickness * wall.radius**3 * np.diag([3.0, 3.0, 2.0])
+    np.testing.assert_allclose(wall.stiffness().sum(axis=0), ring, rtol=1e-12, atol=1e-18)
+    # Chamber 1 is at +x: its wall is far from the axis about which chamber 1 bends the rod, y.
+    first = wall.stiffness()[0]
+    assert first[1, 1] > 2 * first[0, 0]
+
+
+def test_the_domain_is_in_pressures_as_they_are_read(rod):
+    parameters = default_parameters()
+    parameters[1:7] = 1.2, 1.0, 0.8, 6e3, 0.0, 0.0
+    domain = adjusted_rod(rod, parameters).domain
+    first, second, third = rod.domain.pressure_max
+    assert domain.pressure_max == pytest.approx(((first - 6e3) / 1.2, second, third / 0.8))
+    assert domain.pressure_sum_max == pytest.approx((rod.domain.pressure_sum_max - 6e3) / 1.2)
+
+
+def test_the_command_writes_parameters_that_a_rod_takes_up_and_draws(rod, exact, tmp_path, capsys):
+    file, out, picture = tmp_path / "data.csv", tmp_path / "mine.json", tmp_path / "residuals.png"
+    values = noisy(exact, np.random.default_rng(5)) * np.array([57.29577951, 57.29577951, 1e3, 1e3, 1e3])
+    with file.open("w", newline="") as stream:
+        writer = csv.writer(stream)
+        writer.writerow([*PRESSURES, *OUTPUTS])
+        writer.writerows(np.concatenate([1e-3 * ALL, values], axis=1).tolist())
+    arguments = ["fit-measured", str(file), "--out", str(out), "--plot", str(picture)]
+    assert main([*arguments, "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["rows"] == 24
+    assert [row["name"].removesuffix("_kpa") for row in record["parameters"]] == list(NAMES)
+    assert record["not_identifiable"][0]["held"] == "stiffness_scale"
+    before, after = (
+        np.array([row[key] for row in record["residuals"]]) for key in ("rms_of_map", "rms_adjusted")
+    )
+    assert np.all(after < before)
+    assert picture.read_bytes()[:4] == b"\x89PNG"
+
+    adjustment = read_adjustment(out)
+    assert adjustment.provenance["command"].startswith("rodmodel-calibrate fit-measured ")
+    solution = adjustment.rod().solve(ALL[3])
+    # The parameters' noise is a fraction of that of one measurement.
+    assert abs(float(solution.bending_angle) - exact[3, 0]) < NOISE.angle
+    given = [1e-3 * adjustment.parameters[4], *adjustment.parameters[7:]]
+    told = {row["name"]: row["value"] for row in record["parameters"]}
+    assert given == pytest.approx(
+        [told["pressure_offset_1_kpa"], *(told[f"wall_variation_{k}"] for k in (1, 2, 3))]
+    )
+
+    out.write_text(json.dumps({**json.loads(out.read_text()), "version": 2}))
+    with pytest.raises(ValueError, match=r"mine\.json: got schema .* version 2, expected a file of"):
+        read_adjustment(out)
+
+
+def test_the_template_in_the_docs_is_read_and_fitted(rod):
+    from calibration.measured import read_measured
+
+    template = Path(__file__).parents[3] / "docs" / "measured_template.csv"
+    measured = read_measured(template, rod.domain)
+    assert len(measured.lines) == 24
+    assert measured.outputs == OUTPUTS
+    fit = fit_measured(rod, measured, NOISE)
+    assert fit.chi_square[1] < 1.5 < fit.chi_square[0]

@@ -16,7 +16,7 @@ import skfem
 from jaxtyping import Bool, Float, Int
 
 from fem_reference.actuator_load import ActuatorTarget
-from fem_reference.assembly import SparsePattern
+from fem_reference.assembly import SparsePattern, scatter
 from fem_reference.axis_contact import AxisContact
 from fem_reference.cell_equations import ROD_YOUNG_MODULUS
 from fem_reference.chamber import Chamber
@@ -340,11 +340,3 @@ class ActuatorEquations:
 
 def _contract(gradient: np.ndarray, local: np.ndarray) -> np.ndarray:
     return np.einsum("ba,ba->b", gradient, local.reshape(len(gradient), gradient.shape[1]))
-
-
-def scatter(points: np.ndarray, local: np.ndarray, count: int) -> Float[np.ndarray, "points 3"]:
-    """Sum local nodal vectors into an array over all points."""
-    dofs = (3 * points[:, :, None] + np.arange(3)).ravel()
-    total = np.bincount(dofs, weights=local.ravel(), minlength=3 * count)
-    # A sum of nothing comes as integers.
-    return total.astype(float, copy=False).reshape(count, 3)

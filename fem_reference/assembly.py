@@ -91,3 +91,13 @@ class SparsePattern:
     def matrix(self, data: Float[np.ndarray, " nonzeros"]) -> sparse.csr_matrix:
         """The upper triangle as CSR, sharing ``data``."""
         return sparse.csr_matrix((data, self.indices, self.indptr), shape=(self.size, self.size))
+
+
+def scatter(
+    points: Int[np.ndarray, "blocks nodes"], local: Float[np.ndarray, "blocks dofs"], count: int
+) -> Float[np.ndarray, "points 3"]:
+    """Sum local nodal vectors into an array over all points."""
+    dofs = (3 * points[:, :, None] + np.arange(3)).ravel()
+    # Without any block bincount counts, in whole numbers.
+    total = np.bincount(dofs, weights=local.ravel(), minlength=3 * count).astype(float)
+    return total.reshape(count, 3)

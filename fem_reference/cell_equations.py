@@ -13,7 +13,7 @@ import scipy.sparse as sparse
 import skfem
 from jaxtyping import Float, Int
 
-from fem_reference.assembly import SparsePattern
+from fem_reference.assembly import SparsePattern, scatter
 from fem_reference.chamber import Chamber
 from fem_reference.configuration import CellLinearisation, Configuration, Step
 from fem_reference.geometry import ActuatorGeometry
@@ -191,7 +191,7 @@ class CellEquations:
         for group, (nodes, (local_force, local_stiffness)) in enumerate(
             zip(self._connectivities(), parts, strict=True)
         ):
-            force += _scatter(nodes, local_force, len(x))
+            force += scatter(nodes, local_force, len(x))
             columns += frame.block_columns(nodes, local_stiffness)
             self.pattern.add_group(data, group, frame.rotate_blocks(nodes, local_stiffness))
         self.pattern.add_entries(data, *self._gauge_entries)
@@ -200,7 +200,7 @@ class CellEquations:
         free_columns, curvature_columns = frame.pull_columns(columns)
         mixed, curvature_geometric = frame.geometric(force)
         volume_force = np.stack(
-            [_scatter(c.triangles, g, len(x)) for c, g in zip(self.chambers, volume_gradients, strict=True)],
+            [scatter(c.triangles, g, len(x)) for c, g in zip(self.chambers, volume_gradients, strict=True)],
             axis=-1,
         )
         volume_free, volume_curvature = frame.pull_columns(volume_force)
@@ -263,14 +263,6 @@ class CellEquations:
             segment_tension=at.segment_tension + fraction * (tension - at.segment_tension),
             multipliers=at.multipliers + fraction * step.multipliers,
         )
-
-
-def _scatter(nodes: np.ndarray, local: np.ndarray, count: int) -> Float[np.ndarray, "nodes 3"]:
-    """Sum local nodal vectors into an array over all nodes."""
-    dofs = (3 * nodes[:, :, None] + np.arange(3)).ravel()
-    total = np.bincount(dofs, weights=local.ravel(), minlength=3 * count)
-    # A sum of nothing comes as integers.
-    return total.astype(float, copy=False).reshape(count, 3)
 
 
 def _upper_entries(

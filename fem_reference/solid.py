@@ -12,6 +12,9 @@ References
 Nagtegaal, Parks, Rice (1974); Simo, Taylor, Pister (1985): mean dilatation.
 """
 
+import os
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import skfem
 from jaxtyping import Float
@@ -26,6 +29,12 @@ for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
     _LEVI_CIVITA[_i, _j, _k] = 1.0
     _LEVI_CIVITA[_j, _i, _k] = -1.0
 _DETERMINANT_HESSIAN = np.einsum("ikm,JLN->mNiJkL", _LEVI_CIVITA, _LEVI_CIVITA).reshape(9, 81)
+
+
+# Elements worked on at once: their arrays stay in a processor's cache. As many threads as OpenMP would have.
+_CHUNK = 256
+_THREADS = int((os.environ.get("OMP_NUM_THREADS") or str(os.cpu_count() or 1)).split(",")[0])
+_POOL = ThreadPoolExecutor(_THREADS)
 
 
 class SolidElements:
@@ -89,12 +98,34 @@ class SolidElements:
             tangent the
             exact Hessian of the energy.
         """
-        F = self.deformation_gradient(positions)
-        elements, points = self._weights.shape
-        weights = self._weights[..., None, None]
+        count = len(self)
+        force, stiffness, volume_gradient = (
+            np.empty((count, 24)),
+            np.empty((count, 24, 24)),
+            np.empty((count, 24)),
+        )
+
+        def fill(start: int) -> None:
+            part = slice(start, start + _CHUNK)
+            given = None if pressure is None else pressure[part]
+            force[part], stiffness[part], volume_gradient[part] = self._chunk(positions, given, part)
+
+        # NumPy lets go of the interpreter in its loops; chunks do not depend on each other.
+        for _ in _POOL.map(fill, range(0, count, _CHUNK)):
+            pass
+        return force, stiffness, volume_gradient
+
+    def _chunk(
+        self, positions: Float[np.ndarray, "nodes 3"], pressure: np.ndarray | None, part: slice
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """`response` of some elements."""
+        gradients, volume, stacked = self._gradients[part], self.volume[part], self._stacked[part]
+        F = np.swapaxes(positions[self.connectivity[part]], 1, 2)[:, None] @ gradients
+        elements, points = self._weights[part].shape
+        weights = self._weights[part][..., None, None]
         cofactor = _cofactor(F)
         jacobian = (F[..., 0, :] * cofactor[..., 0, :]).sum(axis=-1)
-        constitutive = self.bulk_modulus * ((self._weights * jacobian).sum(axis=1) / self.volume - 1.0)
+        constitutive = self.bulk_modulus * ((self._weights[part] * jacobian).sum(axis=1) / volume - 1.0)
         if pressure is None:
             pressure = constitutive
 
@@ -103,32 +134,32 @@ class SolidElements:
             pressure[:, None, None] * (F.reshape(elements, points, 9) @ _DETERMINANT_HESSIAN)
         ).reshape(elements, points, 9, 9)
         tangent *= weights
-        volume_gradient = self._gather(cofactor * weights)
-        force = self._gather(stress * weights) + constitutive[:, None] * volume_gradient
+        volume_gradient = _gather(stacked, cofactor * weights)
+        force = _gather(stacked, stress * weights) + constitutive[:, None] * volume_gradient
 
         # K_(ai)(bk) = Σ_q dN_aJ A_iJkL dN_bL: first over J at each point, then over (q, L) in one product.
         by_row = np.ascontiguousarray(
             tangent.reshape(elements, points, 3, 3, 3, 3).transpose(0, 1, 3, 2, 4, 5)
         ).reshape(elements, points, 3, 27)
-        half = (self._gradients @ by_row).reshape(elements, points, 72, 3)
+        half = (gradients @ by_row).reshape(elements, points, 72, 3)
         half = np.ascontiguousarray(half.transpose(0, 2, 1, 3)).reshape(elements, 72, points * 3)
         stiffness = (
-            (half @ self._stacked)
-            .reshape(elements, 8, 3, 3, 8)
-            .transpose(0, 1, 2, 4, 3)
-            .reshape(elements, 24, 24)
+            (half @ stacked).reshape(elements, 8, 3, 3, 8).transpose(0, 1, 2, 4, 3).reshape(elements, 24, 24)
         )
-        stiffness += (self.bulk_modulus / self.volume)[:, None, None] * (
+        stiffness += (self.bulk_modulus / volume)[:, None, None] * (
             volume_gradient[:, :, None] * volume_gradient[:, None, :]
         )
         return force, stiffness, volume_gradient
 
-    def _gather(self, weighted: Float[np.ndarray, "elements points 3 3"]) -> Float[np.ndarray, "elements 24"]:
-        """Σ_q dN_aJ T_iJ for every element, as (a, i)."""
-        elements = len(self)
-        # (element, point·J, i), from T_iJ.
-        columns = np.swapaxes(weighted, -1, -2).reshape(elements, -1, 3)
-        return (np.swapaxes(self._stacked, 1, 2) @ columns).reshape(elements, 24)
+
+def _gather(
+    stacked: Float[np.ndarray, "elements _ 8"], weighted: Float[np.ndarray, "elements points 3 3"]
+) -> Float[np.ndarray, "elements 24"]:
+    """Σ_q dN_aJ T_iJ for every element, as (a, i)."""
+    elements = len(stacked)
+    # (element, point·J, i), from T_iJ.
+    columns = np.swapaxes(weighted, -1, -2).reshape(elements, -1, 3)
+    return (np.swapaxes(stacked, 1, 2) @ columns).reshape(elements, 24)
 
 
 def _cofactor(F: Float[np.ndarray, "*batch 3 3"]) -> Float[np.ndarray, "*batch 3 3"]:

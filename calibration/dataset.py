@@ -25,6 +25,7 @@ VARIABLES: tuple[tuple[str, tuple[str, ...], str, str], ...] = (
     ("hessian", ("row", "column"), "SI", "second derivatives of Pi in (u, p), condensed"),
     ("iterations", (), "1", "Newton iterations of the state"),
     ("stable", (), "1", "1 at a minimum of the potential, 0 at none, -1 where it is not known"),
+    ("jumped", (), "1", "1 where walls have snapped since the state before"),
     ("attempt", (), "1", "2 where the path was followed again in smaller steps"),
     ("seconds", (), "s", "wall time since the state before"),
 )

@@ -14,7 +14,7 @@ from calibration.error import deviations, figures
 from calibration.fit import SIZES, STARTS, TRIAL_ITERATIONS, choose_size, fit_expansion
 from calibration.plots import write_figures
 from calibration.progress import progress_bar
-from calibration.samples import Metric, Samples, metric, stable_samples
+from calibration.samples import Metric, Samples, loading_samples, metric
 from calibration.start import Scales, initial_law
 from rodmodel import Domain, FreeStateExpansion, SectionLaw
 
@@ -43,7 +43,7 @@ class Material:
 
 def prepare(dataset: xr.Dataset, domain: Domain, length: float) -> Material:
     """Split a dataset by role; training keeps states beyond a narrowed domain, which support its edge."""
-    samples = stable_samples(dataset)
+    samples = loading_samples(dataset)
     train = samples.where(~samples.held_out)
     held_out = samples.where(samples.held_out & inside(domain, samples.pressure, samples.moment))
     return Material(
@@ -125,7 +125,7 @@ def judge(
     """Held-out figures of a law, and the figures for people if a directory is given."""
     held_out = prepare(dataset, domain, length).held_out
     if figures_in is not None:
-        samples = stable_samples(dataset)
+        samples = loading_samples(dataset)
         everything = samples.where(inside(domain, samples.pressure, samples.moment))
         write_figures(figures_in, law, everything, held_out, deviations(law, held_out, length), length)
     return figures(law, held_out, length)

@@ -42,8 +42,11 @@ class Samples:
         return Samples(**{field.name: getattr(self, field.name)[keep] for field in fields(self)})
 
 
-def stable_samples(dataset: xr.Dataset) -> Samples:
-    """States of a dataset but those known to be unstable: no section is found there."""
+def loading_samples(dataset: xr.Dataset) -> Samples:
+    """States of a dataset on the loading branch: of each path, those before it loses its stability or jumps.
+
+    No section is found at an unstable state; and behind a jump the same loads have another answer.
+    """
     everything = Samples(
         pressure=dataset["pressure"].values,
         curvature=dataset["curvature"].values,
@@ -53,7 +56,12 @@ def stable_samples(dataset: xr.Dataset) -> Samples:
         path=dataset["path"].values,
         held_out=dataset["role"].values == "held-out",
     )
-    return everything.where(dataset["stable"].values != 0)
+    left = (dataset["stable"].values == 0) | (dataset["jumped"].values != 0)
+    gone = np.zeros(len(left), dtype=bool)
+    for name in np.unique(everything.path):
+        own = everything.path == name
+        gone[own] = np.maximum.accumulate(left[own])
+    return everything.where(~gone)
 
 
 @dataclass(frozen=True)

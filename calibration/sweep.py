@@ -224,6 +224,7 @@ def state_record(state: CellState, attempt: int, seconds: float) -> dict[str, An
         "hessian": np.asarray(state.hessian, dtype=float).tolist(),
         "iterations": int(state.iterations),
         "stable": -1 if state.stable is None else int(state.stable),
+        "jumped": int(state.jumped),
         "attempt": attempt,
         "seconds": round(seconds, 3),
     }

@@ -78,6 +78,7 @@ class Settled:
     iterations : of Newton's method since the state before.
     residual : largest nodal force left [N].
     stable : whether it is a minimum of its energy; None where that is not known.
+    jumped : whether walls lost their balance since the state before, so that this one is on another branch.
     memory : of the path that led here.
     """
 
@@ -86,6 +87,7 @@ class Settled:
     iterations: int
     residual: float
     stable: bool | None
+    jumped: bool
     memory: PathMemory = field(repr=False)
 
 
@@ -185,13 +187,15 @@ class Actuator:
             for load in loads:
                 before = follower.iterations
                 found = follower.follow(load.target())
-                settled = self._settled(found, load.target(), follower.iterations - before, follower.memory)
+                settled = self._settled(found, load.target(), follower.iterations - before, follower)
                 state = self.state(load, found.configuration, settled)
                 yield state
         except NewtonError as error:
             raise ActuatorError(f"the actuator did not converge at the start: {error}", state) from error
         except PathError as error:
-            raise ActuatorError(f"the actuator did not converge: {error}", self._last(error)) from error
+            raise ActuatorError(
+                f"the actuator did not converge: {error}", self._last(error, follower)
+            ) from error
 
     def _follower(self, start: ActuatorState | None) -> PathFollower:
         if start is None:
@@ -201,15 +205,15 @@ class Actuator:
         here = Equilibrium(start.deformation, None, 0, start.settled.residual, None)
         return PathFollower(self._problem, self._solver, here, start.load.target(), start.settled.memory)
 
-    def _last(self, error: PathError) -> ActuatorState:
-        last, memory = error.last, PathMemory(_FIRST_STEP, [], np.zeros(0))
+    def _last(self, error: PathError, follower: PathFollower) -> ActuatorState:
+        last = error.last
         if last.linear is None:
             last = replace(last, linear=self._problem.linearise(last.configuration, error.target))
-        settled = self._settled(last, error.target, 0, memory)
+        settled = self._settled(last, error.target, 0, follower)
         return self.state(_load_of(error.target), last.configuration, settled)
 
     def _settled(
-        self, found: Equilibrium, target: ActuatorTarget, iterations: int, memory: PathMemory
+        self, found: Equilibrium, target: ActuatorTarget, iterations: int, follower: PathFollower
     ) -> Settled:
         reaction = self.equations.reaction(found.linear, target)
         return Settled(
@@ -218,7 +222,8 @@ class Actuator:
             iterations=iterations,
             residual=found.residual,
             stable=None if found.excess_negative is None else found.excess_negative == 0,
-            memory=memory,
+            jumped=follower.jumped,
+            memory=follower.memory,
         )
 
     def state(self, load: ActuatorLoad, deformation: Deformation, settled: Settled) -> ActuatorState:

@@ -8,17 +8,16 @@ Positions of all mesh nodes come first, then the control points P of the rod's c
 clamped: its nodes, the rod's end and the rod's direction there. The cap's cavity is bonded to the rod.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sparse
-import skfem
 from jaxtyping import Bool, Float, Int
 
 from fem_reference.actuator_load import ActuatorTarget
 from fem_reference.assembly import SparsePattern, scatter
 from fem_reference.axis_contact import AxisContact
-from fem_reference.cell_equations import ROD_YOUNG_MODULUS
+from fem_reference.cell_equations import ROD_YOUNG_MODULUS, THREAD
 from fem_reference.chamber import Chamber
 from fem_reference.geometry import ActuatorGeometry
 from fem_reference.material import Ogden
@@ -29,6 +28,7 @@ from fem_reference.section import CAVITY, CHAMBERS, MILLIMETRE, MeshLevel
 from fem_reference.solid import SolidElements
 from fem_reference.thread import ThreadSegments
 from fem_reference.tip_load import TipFace
+from fem_reference.viscous_solid import ViscousSolid
 from fem_reference.wall_contact import WallContact
 from fem_reference.winding import Thread, Winding
 
@@ -50,7 +50,7 @@ class Deformation:
     """
 
     positions: Float[np.ndarray, "points 3"]
-    element_pressure: Float[np.ndarray, " elements"]
+    element_pressure: Float[np.ndarray, "elements modes"]
     segment_tension: Float[np.ndarray, " segments"]
     axis_tension: Float[np.ndarray, " spans"]
 
@@ -71,8 +71,8 @@ class ActuatorLinearisation(Linearisation):
     force: Float[np.ndarray, "points 3"]
     load_columns: Float[np.ndarray, "q 3"] | None
     load_rows: Float[np.ndarray, "3 q"] | None
-    volume_gradient: Float[np.ndarray, "elements 24"]
-    length_gradient: Float[np.ndarray, "segments dofs"]
+    volume_gradient: Float[np.ndarray, "elements modes dofs"]
+    length_gradient: Float[np.ndarray, "segments _"]
     extension_gradient: Float[np.ndarray, "spans 12"]
 
 
@@ -110,7 +110,7 @@ class ActuatorEquations:
         model.winding.refuse_overlap(model.thread)
         geometry = model.geometry
         self.mesh = actuator_mesh(geometry, model.level)
-        self.nodes = self.mesh.p.shape[1]
+        self.nodes = len(self.mesh.points)
         self.solid = SolidElements(self.mesh, model.material)
         self.thread = ThreadSegments(
             self.mesh,
@@ -129,35 +129,28 @@ class ActuatorEquations:
         self.axis = RodAxis(
             self.basis, ROD_YOUNG_MODULUS * np.pi * radius**4 / 4.0, density * np.pi * radius**2
         )
-        self.rest_positions = np.concatenate([self.mesh.p.T, self.axis.rest()])
+        self.rest_positions = np.concatenate([self.mesh.points, self.axis.rest()])
         self.walls = WallContact(self.rest_positions, np.concatenate([c.quads for c in self.chambers]))
         self.contact = self._axis_contact(radius, length, model.bonded)
-        face = np.unique(self.mesh.facets[:, self.mesh.boundaries[TOP]])
-        self.tip = TipFace(face, self._areas(TOP)[face], self.rest_positions)
-        basis = skfem.Basis(self.mesh, skfem.ElementHex1(), intorder=2)
-        silicone = density * skfem.LinearForm(lambda v, _: v).assemble(basis)
+        face = self.mesh.nodes(TOP)
+        self.tip = TipFace(face, self.mesh.nodal_areas(TOP)[face], self.rest_positions)
         #: Mass that each point stands for [tonne].
-        self.mass = np.concatenate([silicone, self.axis.mass])
+        self.mass = np.concatenate([density * self.solid.nodal_volumes, self.axis.mass])
         self._number = self._numbering()
         self.free = np.flatnonzero(self._number >= 0)
         self.size = len(self.free)
         self._bending = self._bending_entries()
-        self.pattern = SparsePattern(
-            self.size, [self._dofs(c) for c in self._connectivities()], self._bending[:2]
-        )
-
-    def _areas(self, boundary: str) -> Float[np.ndarray, " nodes"]:
-        """Share of a boundary's reference area that belongs to each node [mm²]."""
-        basis = skfem.FacetBasis(self.mesh, skfem.ElementHex1(), facets=boundary)
-        return skfem.LinearForm(lambda v, _: v).assemble(basis)
+        groups = [self._dofs(c) for c in self._connectivities()]
+        groups[THREAD] = np.where(self.thread.padding.repeat(3, axis=1), -1, groups[THREAD])
+        self.pattern = SparsePattern(self.size, groups, self._bending[:2])
 
     def _axis_contact(self, radius: float, length: float, bonded: str) -> AxisContact:
-        nodes = np.unique(self.mesh.facets[:, self.mesh.boundaries[CAVITY]])
-        stations = self.mesh.p[2, nodes]
+        nodes = self.mesh.nodes(CAVITY)
+        stations = self.mesh.points[nodes, 2]
         above = {"cap": self.body_length, "tip": length, "all": 0.0}[bonded]
         return AxisContact(
             nodes,
-            self._areas(CAVITY)[nodes],
+            self.mesh.nodal_areas(CAVITY)[nodes],
             stations,
             stations > above - 1e-6,
             radius,
@@ -168,7 +161,7 @@ class ActuatorEquations:
     def _numbering(self) -> Int[np.ndarray, " dofs"]:
         """Number of each degree of freedom among the free ones, −1 where it is clamped."""
         clamped = np.zeros((len(self.rest_positions), 3), dtype=bool)
-        clamped[np.unique(self.mesh.facets[:, self.mesh.boundaries[BOTTOM]])] = True
+        clamped[self.mesh.nodes(BOTTOM)] = True
         clamped[self.nodes] = True
         # The second control point gives the curve its direction at the base.
         clamped[self.nodes + 1, :2] = True
@@ -189,7 +182,7 @@ class ActuatorEquations:
         return [
             self.solid.connectivity,
             self.thread.connectivity,
-            *(c.triangles for c in self.chambers),
+            *(patch.connectivity for c in self.chambers for patch in c.patches),
             self.nodes + self.axis.connectivity,
             self.contact.connectivity,
         ]
@@ -205,7 +198,7 @@ class ActuatorEquations:
         """The unloaded actuator."""
         return Deformation(
             positions=self.rest_positions.copy(),
-            element_pressure=np.zeros(len(self.solid)),
+            element_pressure=np.zeros((len(self.solid), self.solid.modes)),
             segment_tension=np.zeros(len(self.thread)),
             axis_tension=np.zeros(self.basis.spans),
         )
@@ -226,7 +219,11 @@ class ActuatorEquations:
         return np.array([chamber.volume(at.positions) for chamber in self.chambers])
 
     def linearise(
-        self, at: Deformation, target: ActuatorTarget, exact: bool = False
+        self,
+        at: Deformation,
+        target: ActuatorTarget,
+        exact: bool = False,
+        viscous: ViscousSolid | None = None,
     ) -> ActuatorLinearisation:
         """Residual and stiffness.
 
@@ -235,16 +232,20 @@ class ActuatorEquations:
         at : unknowns; target : pressures and loads.
         exact : take the stiff parts' forces from the deformation, so that the matrix is the Hessian of the
             energy even away from equilibrium.
+        viscous : resistance in a step in time.
         """
         x = at.positions
         controls = x[self.nodes :]
         solid = self.solid.response(x, None if exact else at.element_pressure)
+        if viscous is not None:
+            solid[0][:] += viscous.force(x)
+            solid[1][:] += viscous.matrices
         thread = self.thread.response(x, None if exact else at.segment_tension)
         axis = self.axis.response(controls, self.axis.tension(controls) if exact else at.axis_tension)
         walls = self.walls.response(x)
         parts = [solid[:2], thread[:2]]
         for p, chamber in zip(target.pressure, self.chambers, strict=True):
-            parts.append((-p * chamber.gradient(x), -p * chamber.hessian(x)))
+            parts += [(-p * patch.gradient(x), -p * patch.hessian(x)) for patch in chamber.patches]
         parts += [axis[:2], self.contact.response(x)]
 
         force = np.zeros_like(x)
@@ -275,6 +276,35 @@ class ActuatorEquations:
             volume_gradient=solid[2],
             length_gradient=thread[2],
             extension_gradient=axis[2],
+        )
+
+    def renewed(
+        self,
+        linear: ActuatorLinearisation,
+        at: Deformation,
+        target: ActuatorTarget,
+        viscous: ViscousSolid | None = None,
+    ) -> ActuatorLinearisation:
+        """The residual taken anew, with the stiffness of ``linear``; see `linearise`."""
+        x = at.positions
+        controls = x[self.nodes :]
+        walls = self.walls.force(x)
+        solid = self.solid.force(x)
+        parts = [solid if viscous is None else solid + viscous.force(x), self.thread.force(x)]
+        for p, chamber in zip(target.pressure, self.chambers, strict=True):
+            parts += [-p * patch.gradient(x) for patch in chamber.patches]
+        parts += [self.axis.force(controls), self.contact.force(x)]
+        force = np.zeros_like(x) if walls is None else walls
+        force[self.nodes :] += self.axis.bending @ controls
+        for points, local in zip(self._connectivities(), parts, strict=True):
+            force += scatter(points, local, len(x))
+        load, *_ = self._load(x, target)
+        return replace(
+            linear,
+            residual=(force - load).ravel()[self.free],
+            walls_touch=walls is not None,
+            positions=x,
+            force=force,
         )
 
     def reaction(
@@ -324,10 +354,9 @@ class ActuatorEquations:
     ) -> Deformation:
         """Take a fraction of a Newton step, with the condensed forces of the stiff parts."""
         x, solid, thread, axis = linear.positions, self.solid, self.thread, self.axis
-        dilation = _contract(linear.volume_gradient, step[solid.connectivity])
         stretch = _contract(linear.length_gradient, step[thread.connectivity])
         extension = _contract(linear.extension_gradient, step[self.nodes + axis.connectivity])
-        pressure = solid.bulk_modulus * (solid.dilatation(x) - 1.0 + dilation / solid.volume)
+        pressure = solid.pressure_after(x, linear.volume_gradient, step)
         tension = thread.tension(x) + thread.axial_stiffness * stretch / thread.rest_length
         axial = axis.tension(x[self.nodes :]) + axis.axial_stiffness / self.basis.span * extension
         return Deformation(

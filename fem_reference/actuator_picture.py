@@ -7,8 +7,7 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from fem_reference.actuator import Actuator, ActuatorState
-from fem_reference.chamber import oriented_facets
-from fem_reference.mesh import TOP
+from fem_reference.mesh import TOP, cut
 from fem_reference.section import OUTER
 
 _LIGHT = np.array([0.3, -0.8, 0.5]) / np.linalg.norm([0.3, -0.8, 0.5])
@@ -22,7 +21,8 @@ def draw_actuator(actuator: Actuator, state: ActuatorState, file: str | Path) ->
     """Write a picture of the deformed actuator; the suffix chooses the format. Lengths in mm."""
     equations = actuator.equations
     x = state.deformation.positions
-    quads = np.concatenate([oriented_facets(equations.mesh, name) for name in (OUTER, TOP)])
+    mesh = equations.mesh
+    quads = np.concatenate([cut(mesh.oriented(name), mesh.order) for name in (OUTER, TOP)])
     corner = x[quads]
     normal = -np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
     normal /= np.linalg.norm(normal, axis=1)[:, None]

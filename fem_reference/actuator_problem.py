@@ -7,9 +7,11 @@ from jaxtyping import Float
 
 from fem_reference.actuator_equations import ActuatorEquations, ActuatorLinearisation, Deformation
 from fem_reference.actuator_load import ActuatorTarget
+from fem_reference.cell_equations import SOLID
 from fem_reference.linear_solver import SymmetricSolver
 from fem_reference.newton import NewtonError, Problem
 from fem_reference.rod_frame import RodFrame
+from fem_reference.viscous_solid import ViscousSolid
 
 _WALL_MARGIN = 0.9
 # Displacement above which a step follows the rod's turns instead of straight lines [mm], and the share of it
@@ -36,11 +38,13 @@ class ActuatorProblem(Problem):
     constraints = 0
     reach = 1.5
     noise = 5e-3
+    nearby = 0.05
+    exact = False
 
     def __init__(self, equations: ActuatorEquations) -> None:
         self.equations = equations
         self.pattern = equations.pattern
-        self._frame = RodFrame(equations.basis, equations.mesh.p[2])
+        self._frame = RodFrame(equations.basis, equations.mesh.points[:, 2])
 
     def begin(self, start: Deformation, target: ActuatorTarget) -> Deformation:
         """The start, which must keep the cavity's wall outside the rod."""
@@ -48,13 +52,37 @@ class ActuatorProblem(Problem):
             raise NewtonError("the start has the cavity's wall inside the rod")
         return start
 
-    def linearise(self, at: Deformation, target: ActuatorTarget) -> ActuatorLinearisation:
+    def linearise(
+        self, at: Deformation, target: ActuatorTarget, viscous: ViscousSolid | None = None
+    ) -> ActuatorLinearisation:
         """See `ActuatorEquations.linearise`."""
-        return self.equations.linearise(at, target)
+        return self.equations.linearise(at, target, viscous=viscous)
+
+    def renewed(
+        self,
+        linear: ActuatorLinearisation,
+        at: Deformation,
+        target: ActuatorTarget,
+        viscous: ViscousSolid | None = None,
+    ) -> ActuatorLinearisation:
+        """See `ActuatorEquations.renewed`."""
+        return self.equations.renewed(linear, at, target, viscous)
 
     def convex_walls(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
         """See `ActuatorEquations.convex_walls`."""
         return self.equations.convex_walls(linear)
+
+    def viscous(self, at: Deformation, rate: float) -> ViscousSolid:
+        """See `ViscousSolid`."""
+        return ViscousSolid(self.equations.solid, at.positions, rate)
+
+    def stiffened(
+        self, data: Float[np.ndarray, " nonzeros"], resistance: ViscousSolid, linear: ActuatorLinearisation
+    ) -> Float[np.ndarray, " nonzeros"]:
+        """A stiffness' data with the matrix of a viscous ``resistance`` added."""
+        stiffer = data.copy()
+        self.pattern.add_group(stiffer, SOLID, resistance.matrices)
+        return stiffer
 
     def imbalance(self, linear: ActuatorLinearisation, target: ActuatorTarget) -> float:
         """None: every unknown is in the sparse system."""
@@ -101,12 +129,12 @@ class ActuatorProblem(Problem):
     def allowed(self, linear: ActuatorLinearisation, trial: Deformation) -> float:
         """Share of a trial step before walls meet; half, where the rod or an element blocks it."""
         equations = self.equations
-        limit = equations.walls.step_limit(linear.positions, trial.positions)
+        limit = self._step_limit(linear.positions, trial.positions)
         if limit < 1.0:
             return _WALL_MARGIN * limit
         good = (
             equations.contact.admissible(trial.positions)
-            and equations.solid.dilatation(trial.positions).min() > 0.1
+            and equations.solid.dilatation(trial.positions)[:, 0].min() > -0.9
         )
         return 1.0 if good else 0.5
 
@@ -134,6 +162,14 @@ class ActuatorProblem(Problem):
         equations = self.equations
         return (
             equations.contact.admissible(guess.positions)
-            and equations.solid.dilatation(guess.positions).min() > 0.5
-            and equations.walls.step_limit(at.positions, guess.positions) >= 1.0
+            and equations.solid.dilatation(guess.positions)[:, 0].min() > -0.5
+            and self._step_limit(at.positions, guess.positions) >= 1.0
         )
+
+    def _step_limit(self, start: Float[np.ndarray, "points 3"], end: Float[np.ndarray, "points 3"]) -> float:
+        """Share of a step before walls meet, seen from the rod.
+
+        Sections move by millimetres, the walls in them by hundredths: seen from the rod, the search has a
+        hundredth of the pairs to look at.
+        """
+        return self.equations.walls.step_limit(self._frame.straightened(start), self._frame.straightened(end))

@@ -37,6 +37,7 @@ def state_record(state: ActuatorState) -> dict[str, Any]:
         "iterations": state.settled.iterations,
         "residual_n": state.settled.residual,
         "stable": state.settled.stable,
+        "jumped": state.settled.jumped,
         "converged": True,
     }
 

@@ -96,8 +96,10 @@ class ActuatorRun:
             "iterations": settled.iterations,
             "residual": settled.residual,
             "stable": -1 if settled.stable is None else int(settled.stable),
+            "jumped": settled.jumped,
             "path_step": memory.step,
             "heading": memory.heading,
+            "longest_step": memory.longest,
             "back": np.array([back for _, back in memory.earlier]),
         }
         deformations = [state.deformation, *(deformation for deformation, _ in memory.earlier)]
@@ -128,7 +130,10 @@ class ActuatorRun:
                 iterations=int(held["iterations"]),
                 residual=float(held["residual"]),
                 stable=None if int(held["stable"]) < 0 else bool(held["stable"]),
-                memory=PathMemory(float(held["path_step"]), earlier, held["heading"]),
+                jumped=bool(held["jumped"]),
+                memory=PathMemory(
+                    float(held["path_step"]), earlier, held["heading"], float(held["longest_step"])
+                ),
             )
             step = int(held["step"])
         return actuator.state(loads[step - 1], deformations[0], settled), step

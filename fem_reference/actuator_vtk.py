@@ -5,9 +5,9 @@ from pathlib import Path
 
 import meshio
 import numpy as np
-import skfem.io.meshio as skfem_meshio
 
 from fem_reference.actuator import Actuator, ActuatorState
+from fem_reference.vtk import VTK_HEXAHEDRON
 
 _KPA_PER_MPA = 1e3
 BODY, WINDING, ROD = 0, 1, 2
@@ -40,12 +40,12 @@ def write_actuator_vtk(actuator: Actuator, state: ActuatorState, file: str | Pat
         return np.concatenate([x[:nodes], thread.points(x), basis.values(stations) @ x[nodes:]])
 
     rest, moved = points(equations.rest_positions), points(state.deformation.positions)
-    hexes = skfem_meshio.to_meshio(equations.mesh).cells_dict["hexahedron"]
+    hexes = equations.mesh.cells[:, VTK_HEXAHEDRON]
     lines = [np.column_stack([line[:-1], line[1:]]) for line in thread.polylines]
     winding = nodes + np.concatenate([np.empty((0, 2), int), *lines])
     axis = len(rest) - len(stations) + np.column_stack([np.arange(basis.spans), np.arange(basis.spans) + 1])
     # The element pressure is positive in tension.
-    pressure = -_KPA_PER_MPA * state.deformation.element_pressure
+    pressure = np.repeat(-_KPA_PER_MPA * state.deformation.element_pressure[:, 0], equations.mesh.order**3)
     counts = (len(hexes), len(winding), len(axis))
     zeros = [np.zeros(count) for count in counts]
     meshio.Mesh(

@@ -15,7 +15,8 @@ class SparsePattern:
     Parameters
     ----------
     size : number of unknowns.
-    groups : degrees of freedom of each group's local matrices, (blocks, local size); −1 for those held.
+    groups : degrees of freedom of each group's local matrices, (blocks, local size); −1 for those held or
+        without a part in it.
     entries : rows and columns of further entries.
     """
 

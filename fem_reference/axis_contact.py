@@ -80,6 +80,22 @@ class AxisContact:
         bond = np.where(self.bonded, 0.5 * BOND_STIFFNESS * slip**2, 0.0)
         return float((self._areas * (normal + bond)).sum())
 
+    def force(self, positions: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, "contacts dofs"]:
+        """Forces on each node and its window, those of `response`."""
+        s, offset, *_ = self._closest(positions)
+        value = self._local(s, 0) + self._beyond(s)[:, None] * self._local(s, 1)
+        weight = np.concatenate([np.ones((len(s), 1)), -value], axis=1)
+        distance = np.linalg.norm(offset, axis=1)
+        _, first, _ = self._normal_law(distance - self._radius)
+        pull = (self._areas * first / distance)[:, None] * offset
+        force = (weight[:, :, None] * pull[:, None, :]).reshape(len(s), -1)
+        if self.bonded.any():
+            slip, slip_gradient, _ = self._slip(positions)
+            force += (np.where(self.bonded, BOND_STIFFNESS, 0.0) * self._areas * slip)[
+                :, None
+            ] * slip_gradient
+        return force
+
     def response(
         self, positions: Float[np.ndarray, "points 3"]
     ) -> tuple[Float[np.ndarray, "contacts dofs"], Float[np.ndarray, "contacts dofs dofs"]]:

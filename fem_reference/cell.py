@@ -82,6 +82,7 @@ class CellState:
     iterations : Newton iterations spent since the state before.
     residual : largest nodal force left [N].
     stable : whether the cell is at a minimum of its energy under this load; None where it is not known.
+    jumped : whether walls lost their balance since the state before, so that this one is on another branch.
     converged : always true: a failure raises `CellError`.
     configuration : nodal unknowns, to start from or to draw.
     """
@@ -96,6 +97,7 @@ class CellState:
     iterations: int
     residual: float
     stable: bool | None
+    jumped: bool
     configuration: Configuration = field(repr=False)
     converged: bool = True
 
@@ -181,7 +183,9 @@ class PeriodCell:
             self._rest_energy = self.equations.energy(self._rest.configuration)
         return self._rest
 
-    def _state(self, load: Load, found: Equilibrium, target: CellTarget, iterations: int) -> CellState:
+    def _state(
+        self, load: Load, found: Equilibrium, target: CellTarget, iterations: int, jumped: bool
+    ) -> CellState:
         equations = self.equations
         period = equations.period
         section = condense(equations, self._solver, found)
@@ -208,6 +212,7 @@ class PeriodCell:
             iterations=iterations,
             residual=found.residual,
             stable=stable,
+            jumped=jumped,
             configuration=found.configuration,
         )
 
@@ -236,13 +241,13 @@ def follow(cell: PeriodCell, loads: Iterable[Load], start: CellState | None = No
             goal = load._target()
             follower.target = _restated(follower.target, follower.equilibrium, goal, cell.equations.period)
             found = follower.follow(goal)
-            state = cell._state(load, found, goal, follower.iterations - before)
+            state = cell._state(load, found, goal, follower.iterations - before, follower.jumped)
             yield state
     except NewtonError as error:
         raise CellError(f"the cell did not converge at the start: {error}", state) from error
     except PathError as error:
         last = solve_equilibrium(problem, solver, error.target, error.last.configuration)
-        reached = cell._state(_load_of(error.target), last, error.target, 0)
+        reached = cell._state(_load_of(error.target), last, error.target, 0, follower.jumped)
         raise CellError(f"the cell did not converge: {error}", reached) from error
 
 

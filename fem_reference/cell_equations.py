@@ -8,9 +8,10 @@ Two multipliers hold the gauge: mean axial slip and mean rotation about the rod 
 zero.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import scipy.sparse as sparse
-import skfem
 from jaxtyping import Float, Int
 
 from fem_reference.assembly import SparsePattern, scatter
@@ -20,11 +21,12 @@ from fem_reference.geometry import ActuatorGeometry
 from fem_reference.helical import HelicalFrame, HelicalMap
 from fem_reference.material import Ogden
 from fem_reference.mesh import BOTTOM, body_mesh
-from fem_reference.rod_contact import RodContact
+from fem_reference.rod_contact import RodContact, RodResponse
 from fem_reference.screw import screw_series
 from fem_reference.section import CAVITY, CHAMBERS, MILLIMETRE, MeshLevel
 from fem_reference.solid import SolidElements
 from fem_reference.thread import ThreadSegments
+from fem_reference.viscous_solid import ViscousSolid
 from fem_reference.wall_contact import WallContact
 from fem_reference.winding import Thread, Winding
 
@@ -32,6 +34,8 @@ from fem_reference.winding import Thread, Winding
 _GAUGE_COMPLIANCE = 1e-9
 #: Number of gauges: mean slip and mean rotation.
 GAUGES = 2
+#: The silicone's and the threads' places among the groups of local matrices.
+SOLID, THREAD = 0, 1
 # Bending stiffness of the rod's solid part, E π r⁴/4 with E = 5 MPa; the paper's embedded beam only fixes its
 # length.
 ROD_YOUNG_MODULUS = 5.0
@@ -59,34 +63,30 @@ class CellEquations:
             self.mesh, winding, thread, geometry.winding_diameter / 2.0, winding.period, level.around
         )
         self.chambers = [Chamber(self.mesh, name) for name in CHAMBERS]
-        self.walls = WallContact(self.mesh.p.T, np.concatenate([c.quads for c in self.chambers]))
+        self.walls = WallContact(self.mesh.points, np.concatenate([c.quads for c in self.chambers]))
         radius = geometry.cavity_diameter / 2.0 * MILLIMETRE
         self.rod = self._rod_contact(radius)
         self.rod_stiffness = ROD_YOUNG_MODULUS * np.pi * radius**4 / 4.0 * np.array([1.0, 1.0, 0.0])
-        self._rest_positions = self.mesh.p.T[self.helical.independent]
+        self._rest_positions = self.mesh.points[self.helical.independent]
         self._gauge = self._gauge_rows()
         self._gauge_entries = self._gauge_matrix_entries()
         self.size = 3 * self.helical.count + GAUGES
         groups = [self.helical.reduced_dofs(g) for g in self._connectivities()]
+        groups[THREAD] = np.where(self.thread.padding.repeat(3, axis=1), -1, groups[THREAD])
         self.pattern = SparsePattern(self.size, groups, self._gauge_entries[:2])
-
-    def _nodal_areas(self, boundary: str) -> Float[np.ndarray, " nodes"]:
-        """Share of a boundary's reference area that belongs to each node [mm²]."""
-        basis = skfem.FacetBasis(self.mesh, skfem.ElementHex1(), facets=boundary)
-        return skfem.LinearForm(lambda v, _: v).assemble(basis)
 
     def _rod_contact(self, radius: float) -> RodContact:
         areas = np.bincount(
-            self.helical.base, weights=self._nodal_areas(CAVITY), minlength=self.helical.count
+            self.helical.base, weights=self.mesh.nodal_areas(CAVITY), minlength=self.helical.count
         )
-        cavity = np.unique(self.mesh.facets[:, self.mesh.boundaries[CAVITY]])
+        cavity = self.mesh.nodes(CAVITY)
         nodes = cavity[~self.helical.is_image[cavity]]
         free = self.helical.base[nodes]
-        return RodContact(nodes, areas[free], radius, self.mesh.p[2, nodes])
+        return RodContact(nodes, areas[free], radius, self.mesh.points[nodes, 2])
 
     def _gauge_rows(self) -> Float[np.ndarray, "2 freedoms"]:
         """Mean axial displacement and mean rotation, times the mean radius, of the bottom section."""
-        weight = self._nodal_areas(BOTTOM)[self.helical.independent]
+        weight = self.mesh.nodal_areas(BOTTOM)[self.helical.independent]
         weight /= weight.sum()
         x, y, _ = self._rest_positions.T
         arm = np.sqrt(float((weight * (x**2 + y**2)).sum()))
@@ -111,7 +111,7 @@ class CellEquations:
         return [
             self.solid.connectivity,
             self.thread.connectivity,
-            *(c.triangles for c in self.chambers),
+            *(patch.connectivity for c in self.chambers for patch in c.patches),
             self.rod.nodes[:, None],
         ]
 
@@ -120,7 +120,7 @@ class CellEquations:
         return Configuration(
             positions=self._rest_positions.copy(),
             curvature=np.zeros(3),
-            element_pressure=np.zeros(len(self.solid)),
+            element_pressure=np.zeros((len(self.solid), self.solid.modes)),
             segment_tension=np.zeros(len(self.thread)),
             multipliers=np.zeros(GAUGES),
         )
@@ -152,7 +152,11 @@ class CellEquations:
         )
 
     def linearise(
-        self, at: Configuration, pressure: Float[np.ndarray, "3"], exact: bool = False
+        self,
+        at: Configuration,
+        pressure: Float[np.ndarray, "3"],
+        exact: bool = False,
+        viscous: ViscousSolid | None = None,
     ) -> CellLinearisation:
         """Residual and Hessian.
 
@@ -162,18 +166,23 @@ class CellEquations:
         pressure : of the chambers [MPa].
         exact : take the element pressures and tensions from the deformation, so that the matrix is the
             Hessian of the energy even away from equilibrium.
+        viscous : resistance in a step in time.
         """
         series = screw_series(at.curvature, self.reach)
         frame = HelicalFrame(self.helical, at.positions, series)
         x = frame.positions
         solid = self.solid.response(x, None if exact else at.element_pressure)
+        if viscous is not None:
+            solid[0][:] += viscous.force(x)
+            solid[1][:] += viscous.matrices
         thread = self.thread.response(x, None if exact else at.segment_tension)
         rod = self.rod.response(x, series)
         walls = self.walls.response(x)
-        volume_gradients = [chamber.gradient(x) for chamber in self.chambers]
+        volume_gradients = [[patch.gradient(x) for patch in chamber.patches] for chamber in self.chambers]
         parts = [solid[:2], thread[:2]]
-        for p, chamber, gradient in zip(pressure, self.chambers, volume_gradients, strict=True):
-            parts.append((-p * gradient, -p * chamber.hessian(x)))
+        for p, chamber, gradients in zip(pressure, self.chambers, volume_gradients, strict=True):
+            for patch, gradient in zip(chamber.patches, gradients, strict=True):
+                parts.append((-p * gradient, -p * patch.hessian(x)))
         parts.append((rod.node_force, rod.node_stiffness))
 
         # Forces, and stiffness times ∂x/∂u, over all nodes; stiffness over the independent ones.
@@ -196,25 +205,22 @@ class CellEquations:
             self.pattern.add_group(data, group, frame.rotate_blocks(nodes, local_stiffness))
         self.pattern.add_entries(data, *self._gauge_entries)
 
-        free_force, curvature_force = frame.pull_force(force)
+        residual, curvature_residual = self._residuals(at, frame, force, rod)
         free_columns, curvature_columns = frame.pull_columns(columns)
         mixed, curvature_geometric = frame.geometric(force)
         volume_force = np.stack(
-            [scatter(c.triangles, g, len(x)) for c, g in zip(self.chambers, volume_gradients, strict=True)],
+            [
+                sum(scatter(p.connectivity, g, len(x)) for p, g in zip(c.patches, gradients, strict=True))
+                for c, gradients in zip(self.chambers, volume_gradients, strict=True)
+            ],
             axis=-1,
         )
         volume_free, volume_curvature = frame.pull_columns(volume_force)
-        slip = self._gauge @ (at.positions - self._rest_positions).ravel()
         beam = self.period * self.rod_stiffness
         zeros = np.zeros((GAUGES, 3))
         return CellLinearisation(
-            residual=np.concatenate(
-                [
-                    free_force.ravel() + at.multipliers @ self._gauge,
-                    slip - _GAUGE_COMPLIANCE * at.multipliers,
-                ]
-            ),
-            curvature_residual=curvature_force + rod.curvature_force + beam * at.curvature,
+            residual=residual,
+            curvature_residual=curvature_residual,
             data=data,
             node_curvature=np.concatenate([(free_columns + mixed).reshape(-1, 3), zeros]),
             node_pressure=np.concatenate([-volume_free.reshape(-1, 3), zeros]),
@@ -229,6 +235,47 @@ class CellEquations:
             volume_gradient=solid[2],
             length_gradient=thread[2],
         )
+
+    def renewed(
+        self,
+        linear: CellLinearisation,
+        at: Configuration,
+        pressure: Float[np.ndarray, "3"],
+        viscous: ViscousSolid | None = None,
+    ) -> CellLinearisation:
+        """The residual taken anew, with the Hessian of ``linear``; see `linearise`."""
+        series = screw_series(at.curvature, self.reach)
+        frame = HelicalFrame(self.helical, at.positions, series)
+        x = frame.positions
+        rod, walls = self.rod.response(x, series), self.walls.force(x)
+        solid = self.solid.force(x)
+        parts = [solid if viscous is None else solid + viscous.force(x), self.thread.force(x)]
+        for p, chamber in zip(pressure, self.chambers, strict=True):
+            parts += [-p * patch.gradient(x) for patch in chamber.patches]
+        parts.append(rod.node_force)
+        force = np.zeros_like(x) if walls is None else walls
+        for nodes, local in zip(self._connectivities(), parts, strict=True):
+            force += scatter(nodes, local, len(x))
+        residual, curvature_residual = self._residuals(at, frame, force, rod)
+        return replace(
+            linear,
+            residual=residual,
+            curvature_residual=curvature_residual,
+            walls_touch=walls is not None,
+            frame=frame,
+        )
+
+    def _residuals(
+        self, at: Configuration, frame: HelicalFrame, force: Float[np.ndarray, "nodes 3"], rod: RodResponse
+    ) -> tuple[Float[np.ndarray, " q"], Float[np.ndarray, "3"]]:
+        """Residuals conjugate to nodes and multipliers, and to u, from the forces on all nodes."""
+        free_force, curvature_force = frame.pull_force(force)
+        slip = self._gauge @ (at.positions - self._rest_positions).ravel()
+        residual = np.concatenate(
+            [free_force.ravel() + at.multipliers @ self._gauge, slip - _GAUGE_COMPLIANCE * at.multipliers]
+        )
+        beam = self.period * self.rod_stiffness * at.curvature
+        return residual, curvature_force + rod.curvature_force + beam
 
     def convex_walls(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
         """The stiffness' data with the walls' contact made convex, pair by pair."""
@@ -246,15 +293,12 @@ class CellEquations:
         move = linear.frame.motion(step.positions, step.curvature)
         x = linear.frame.positions
         solid, thread = self.solid, self.thread
-        dilation = np.einsum(
-            "ea,ea->e", linear.volume_gradient, move[solid.connectivity].reshape(len(solid), -1)
-        )
         stretch = np.einsum(
             "sa,sa->s",
             linear.length_gradient,
             move[thread.connectivity].reshape(linear.length_gradient.shape),
         )
-        pressure = solid.bulk_modulus * (solid.dilatation(x) - 1.0 + dilation / solid.volume)
+        pressure = solid.pressure_after(x, linear.volume_gradient, move)
         tension = thread.tension(x) + thread.axial_stiffness * stretch / thread.rest_length
         return Configuration(
             positions=at.positions + fraction * step.positions,

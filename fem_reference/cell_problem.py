@@ -5,17 +5,18 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from jaxtyping import Float
 
-from fem_reference.cell_equations import GAUGES, CellEquations
+from fem_reference.cell_equations import GAUGES, SOLID, CellEquations
 from fem_reference.configuration import CellLinearisation, Configuration, Step
 from fem_reference.linear_solver import SymmetricSolver
 from fem_reference.newton import NewtonError, Problem
 from fem_reference.screw import screw_series
+from fem_reference.viscous_solid import ViscousSolid
 
 # Largest turn of the top face in one step [rad].
 _MAX_TURN = 0.05
 _WALL_MARGIN = 0.9
-# Change of u that counts as the contact's noise [1/mm]: 1e-4 1/m.
-_CONTACT_CURVATURE_STEP = 1e-7
+# Change of u that counts as the contact's noise [1/mm]: 0.007° over 60 mm.
+_CONTACT_CURVATURE_STEP = 2e-6
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,8 @@ class CellProblem(Problem):
     constraints = GAUGES
     reach = 0.3
     noise = 1e-3
+    nearby = 0.01
+    exact = True
 
     def __init__(self, equations: CellEquations) -> None:
         self.equations = equations
@@ -77,13 +80,39 @@ class CellProblem(Problem):
             raise NewtonError("the start has the cavity's wall inside the rod")
         return at
 
-    def linearise(self, at: Configuration, target: CellTarget) -> CellLinearisation:
+    def linearise(
+        self, at: Configuration, target: CellTarget, viscous: ViscousSolid | None = None
+    ) -> CellLinearisation:
         """See `CellEquations.linearise`."""
-        return self.equations.linearise(at, target.pressure)
+        return self.equations.linearise(at, target.pressure, viscous=viscous)
+
+    def renewed(
+        self,
+        linear: CellLinearisation,
+        at: Configuration,
+        target: CellTarget,
+        viscous: ViscousSolid | None = None,
+    ) -> CellLinearisation:
+        """See `CellEquations.renewed`."""
+        return self.equations.renewed(linear, at, target.pressure, viscous)
 
     def convex_walls(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
         """See `CellEquations.convex_walls`."""
         return self.equations.convex_walls(linear)
+
+    def viscous(self, at: Configuration, rate: float) -> ViscousSolid:
+        """See `ViscousSolid`."""
+        return ViscousSolid(self.equations.solid, self.equations.all_positions(at), rate)
+
+    def stiffened(
+        self, data: Float[np.ndarray, " nonzeros"], resistance: ViscousSolid, linear: CellLinearisation
+    ) -> Float[np.ndarray, " nonzeros"]:
+        """A stiffness' data with the matrix of a viscous ``resistance`` added, at fixed u."""
+        stiffer = data.copy()
+        nodes = self.equations.solid.connectivity
+        blocks = linear.frame.rotate_blocks(nodes, resistance.matrices.copy())
+        self.pattern.add_group(stiffer, SOLID, blocks)
+        return stiffer
 
     def imbalance(self, linear: CellLinearisation, target: CellTarget) -> float:
         """Moment that the section lacks [N mm], in free bending."""
@@ -130,7 +159,7 @@ class CellProblem(Problem):
         if limit < 1.0:
             return _WALL_MARGIN * limit
         series = screw_series(trial.curvature, equations.reach)
-        good = equations.rod.admissible(x, series) and equations.solid.dilatation(x).min() > 0.1
+        good = equations.rod.admissible(x, series) and equations.solid.dilatation(x)[:, 0].min() > -0.9
         return 1.0 if good else 0.5
 
     def mean(self, states: list[Configuration], weights: list[float]) -> Configuration:
@@ -151,6 +180,6 @@ class CellProblem(Problem):
         x = equations.all_positions(guess)
         return (
             equations.rod.admissible(x, series)
-            and equations.solid.dilatation(x).min() > 0.5
+            and equations.solid.dilatation(x)[:, 0].min() > -0.5
             and equations.walls.step_limit(equations.all_positions(at), x) >= 1.0
         )

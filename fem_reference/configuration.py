@@ -17,13 +17,13 @@ class Configuration:
     ----------
     positions : of the independent nodes [mm].
     curvature : u [1/mm].
-    element_pressure : π_e [MPa] and segment_tension [N], independent while Newton iterates.
+    element_pressure : π_j [MPa] and segment_tension [N], independent while Newton iterates.
     multipliers : of the gauge [N].
     """
 
     positions: Float[np.ndarray, "free 3"]
     curvature: Float[np.ndarray, "3"]
-    element_pressure: Float[np.ndarray, " elements"]
+    element_pressure: Float[np.ndarray, "elements modes"]
     segment_tension: Float[np.ndarray, " segments"]
     multipliers: Float[np.ndarray, "2"]
 
@@ -48,5 +48,5 @@ class CellLinearisation(Linearisation):
     curvature_pressure: Float[np.ndarray, "3 3"]
     volume: Float[np.ndarray, "3"]
     frame: HelicalFrame
-    volume_gradient: Float[np.ndarray, "elements 24"]
-    length_gradient: Float[np.ndarray, "segments dofs"]
+    volume_gradient: Float[np.ndarray, "elements modes dofs"]
+    length_gradient: Float[np.ndarray, "segments _"]

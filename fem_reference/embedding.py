@@ -1,15 +1,18 @@
 """Points and thin circles embedded in a hexahedral mesh: the host nodes that they move with, and weights.
 
-A point takes the displacement that its host element interpolates there. A circle, the circumference of a
+A point takes the displacement that its host interpolates there between eight nodes; a quadratic element is
+eight hosts, which keeps the threads' part of the stiffness sparse. A circle, the circumference of a
 thread, takes the mean of it. Lengths mm.
 """
 
 import math
 
 import numpy as np
-import skfem
 from jaxtyping import Float, Int
 from scipy.spatial import cKDTree
+
+from fem_reference.mesh import BodyMesh
+from fem_reference.reference_element import reference_element
 
 # Elements nearest by their centres among which a point's host is sought, and how far outside the reference
 # cube a point may lie by round-off.
@@ -25,7 +28,7 @@ _INSIDE = 1e-9
 Hosts = tuple[Int[np.ndarray, "points hosts"], Float[np.ndarray, "points hosts"]]
 
 
-def embed_points(basis: skfem.Basis, points: Float[np.ndarray, "points 3"]) -> Hosts:
+def embed_points(mesh: BodyMesh, points: Float[np.ndarray, "points 3"]) -> Hosts:
     """Host nodes of every point and their weights, eight each.
 
     Raises
@@ -33,22 +36,26 @@ def embed_points(basis: skfem.Basis, points: Float[np.ndarray, "points 3"]) -> H
     ValueError
         For points outside the mesh.
     """
-    z = basis.mesh.p[2]
+    z = mesh.points[:, 2]
     low, high = [-np.inf, -np.inf, z.min() + _INSIDE], [np.inf, np.inf, z.max() - _INSIDE]
-    cells, local = _locate(basis, np.clip(points, low, high))
-    weights = np.stack([basis.elem.lbasis(local.T, a)[0] for a in range(8)], axis=-1)
-    return basis.mesh.t[:, cells].T, weights
+    hosts, local = _locate(mesh, np.clip(points, low, high))
+    weights, _ = reference_element(1).evaluate(local)
+    return mesh.cells[hosts], weights
 
 
-def embed_circles(basis: skfem.Basis, centres: Float[np.ndarray, "points 3"], radius: float) -> Hosts:
+def embed_circles(mesh: BodyMesh, centres: Float[np.ndarray, "points 3"], radius: float) -> Hosts:
     """Host nodes and weights of the mean over a circle around each point of a line, square to the line.
 
     Close to the mesh's end faces circles are flattened so as to stay inside; their centres stay.
     """
-    z = basis.mesh.p[2]
+    z = mesh.points[:, 2]
     room = np.minimum(centres[:, 2] - z.min(), z.max() - centres[:, 2])
     flattening = np.clip(room / radius, 0.0, 1.0)
-    tangent = _unit(np.gradient(centres, axis=0))
+    tangent = np.gradient(centres, axis=0)
+    if np.array_equal(centres[0], centres[-1]):
+        # A ring has no ends: its last circle is the first.
+        tangent[[0, -1]] = centres[1] - centres[-2]
+    tangent = _unit(tangent)
     outward = centres * [1.0, 1.0, 0.0]
     outward = _unit(outward - np.einsum("pi,pi->p", outward, tangent)[:, None] * tangent)
     across = np.cross(tangent, outward)
@@ -56,7 +63,7 @@ def embed_circles(basis: skfem.Basis, centres: Float[np.ndarray, "points 3"], ra
     for angle in 2.0 * math.pi / _SAMPLES * np.arange(_SAMPLES):
         offset = radius * (math.cos(angle) * outward + math.sin(angle) * across)
         offset[:, 2] *= flattening
-        found, weight = embed_points(basis, centres + offset)
+        found, weight = embed_points(mesh, centres + offset)
         nodes.append(found)
         weights.append(weight / _SAMPLES)
     return np.concatenate(nodes, axis=1), np.concatenate(weights, axis=1)
@@ -82,42 +89,43 @@ def _unit(vectors: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
 
 
 def _locate(
-    basis: skfem.Basis, points: Float[np.ndarray, "points 3"]
+    mesh: BodyMesh, points: Float[np.ndarray, "points 3"]
 ) -> tuple[Int[np.ndarray, " points"], Float[np.ndarray, "points 3"]]:
-    """Host element of every point, and its coordinates there. Of several hosts, the nearest centre's.
+    """Host of every point, and its coordinates there. Of several hosts, the nearest centre's.
 
     Raises
     ------
     ValueError
         For points outside the mesh.
     """
-    mesh = basis.mesh
-    _, nearest = cKDTree(mesh.p[:, mesh.t].mean(axis=1).T).query(points, k=min(_CANDIDATES, mesh.nelements))
-    cells = np.full(len(points), -1)
+    corner = mesh.points[mesh.cells]
+    _, nearest = cKDTree(corner.mean(axis=1)).query(points, k=min(_CANDIDATES, len(corner)))
+    found = np.full(len(points), -1)
     local = np.zeros((len(points), 3))
-    corner = mesh.p[:, mesh.t]
-    low, high = corner.min(axis=1).T - _OUTSIDE, corner.max(axis=1).T + _OUTSIDE
+    low, high = corner.min(axis=1) - _OUTSIDE, corner.max(axis=1) + _OUTSIDE
     for candidate in nearest.T:
         boxed = ((points >= low[candidate]) & (points <= high[candidate])).all(axis=1)
-        open_ = np.flatnonzero((cells < 0) & boxed)
-        reference = _inverse(basis.mapping, points[open_], candidate[open_])
+        open_ = np.flatnonzero((found < 0) & boxed)
+        reference = _inverse(corner[candidate[open_]], points[open_])
         inside = ((reference > -_OUTSIDE) & (reference < 1.0 + _OUTSIDE)).all(axis=1)
-        cells[open_[inside]] = candidate[open_[inside]]
+        found[open_[inside]] = candidate[open_[inside]]
         local[open_[inside]] = reference[inside]
-    if (cells < 0).any():
-        lost = points[np.argmin(cells)]
+    if (found < 0).any():
+        lost = points[np.argmin(found)]
         raise ValueError(
             f"winding: got a point at {np.round(lost, 3)} mm, expected all inside the body's mesh"
         )
-    return cells, local
+    return found, local
 
 
 def _inverse(
-    mapping: skfem.mapping.Mapping, points: Float[np.ndarray, "points 3"], cells: Int[np.ndarray, " points"]
-) -> Float[np.ndarray, "points 3"]:
-    """Reference coordinates of points in elements; not clipped to these, as scikit-fem's own are."""
-    reference = np.full((3, len(points), 1), 0.5)
+    corner: Float[np.ndarray, "n 8 3"], points: Float[np.ndarray, "n 3"]
+) -> Float[np.ndarray, "n 3"]:
+    """Reference coordinates of points in linear elements, not clipped to these."""
+    local = np.full(points.shape, 0.5)
     for _ in range(_NEWTON_STEPS):
-        gap = points.T[:, :, None] - mapping.F(reference, cells)
-        reference = reference + np.einsum("ijkl,jkl->ikl", mapping.invDF(reference, cells), gap)
-    return reference[:, :, 0].T
+        values, slopes = reference_element(1).evaluate(local)
+        gap = points - np.einsum("na,nai->ni", values, corner)
+        mapping = np.einsum("nai,naj->nij", corner, slopes)
+        local = local + np.linalg.solve(mapping, gap[:, :, None])[:, :, 0]
+    return local

@@ -6,10 +6,9 @@ file maps forces and tangents over all nodes back to the independent nodes and u
 
 import numpy as np
 import scipy.sparse as sparse
-import skfem
 from jaxtyping import Float, Int
 
-from fem_reference.mesh import BOTTOM, TOP
+from fem_reference.mesh import BOTTOM, TOP, BodyMesh
 from fem_reference.screw import ScrewSeries
 
 
@@ -21,11 +20,11 @@ class HelicalMap:
     mesh : one period of the body [mm], the nodes of its top face straight above those of its bottom face.
     """
 
-    def __init__(self, mesh: skfem.MeshHex) -> None:
-        points = mesh.p.T
+    def __init__(self, mesh: BodyMesh) -> None:
+        points = mesh.points
         self.period = float(points[:, 2].max())
-        bottom = np.unique(mesh.facets[:, mesh.boundaries[BOTTOM]])
-        top = np.unique(mesh.facets[:, mesh.boundaries[TOP]])
+        bottom = mesh.nodes(BOTTOM)
+        top = mesh.nodes(TOP)
         bottom = bottom[np.lexsort(np.round(points[bottom, :2], 9).T)]
         top = top[np.lexsort(np.round(points[top, :2], 9).T)]
         mismatch = float(np.abs(points[bottom, :2] - points[top, :2]).max())

@@ -68,6 +68,26 @@ def isochoric_energy(
     return energy
 
 
+def isochoric_stress(
+    material: Ogden, unit: float, deformation_gradient: Float[np.ndarray, "*batch 3 3"]
+) -> Float[np.ndarray, "*batch 3 3"]:
+    """First Piola–Kirchhoff stress P = ∂W/∂F of the isochoric part; see `isochoric_response`."""
+    _, stretch, n, N, deviatoric = _principal(deformation_gradient)
+    kirchhoff = np.zeros(stretch.shape)
+    for mu, alpha in zip(material.shear_moduli, material.exponents, strict=True):
+        power = np.exp(alpha * deviatoric)
+        kirchhoff += 2.0 * mu / unit / alpha * (power - power.mean(axis=-1, keepdims=True))
+    return (n * (kirchhoff / stretch)[..., None, :]) @ np.swapaxes(N, -1, -2)
+
+
+def _principal(F: Float[np.ndarray, "*batch 3 3"]) -> tuple[np.ndarray, ...]:
+    """Squared stretches, stretches, principal directions after and before, and deviatoric log strains."""
+    squared, N = np.linalg.eigh(np.swapaxes(F, -1, -2) @ F)
+    stretch = np.sqrt(squared)
+    strain = np.log(stretch)
+    return squared, stretch, (F @ N) / stretch[..., None, :], N, strain - strain.mean(axis=-1, keepdims=True)
+
+
 def isochoric_response(
     material: Ogden, unit: float, deformation_gradient: Float[np.ndarray, "*batch 3 3"]
 ) -> tuple[Float[np.ndarray, "*batch 3 3"], Float[np.ndarray, "*batch 9 9"]]:
@@ -88,13 +108,9 @@ def isochoric_response(
     stress : P, (…, 3, 3).
     tangent : ∂P_iJ/∂F_kL as a symmetric matrix over the row-major pairs (iJ), (kL).
     """
-    F = deformation_gradient
-    batch = F.shape[:-2]
-    squared, N = np.linalg.eigh(np.swapaxes(F, -1, -2) @ F)
-    stretch = np.sqrt(squared)
-    n = (F @ N) / stretch[..., None, :]
+    squared, stretch, n, N, deviatoric = _principal(deformation_gradient)
     strain = np.log(stretch)
-    deviatoric = strain - strain.mean(axis=-1, keepdims=True)
+    batch = stretch.shape[:-1]
 
     kirchhoff = np.zeros((*batch, 3))
     moduli = np.zeros((*batch, 3, 3))  # ∂τ_i/∂(ln λ_j)

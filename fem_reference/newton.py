@@ -1,4 +1,4 @@
-"""Newton's method for equilibria: mixed unknowns for the stiff parts, a shift where it is unstable, damping.
+"""Newton's method for equilibria: mixed unknowns for the stiff parts, inertia, and a line search.
 
 Two parts are stiff beyond comparison with the silicone's shear: the thread's stretch and the elements'
 volume. Both are quadratic in small rotations, so that a plain Newton step from a displacement-only form
@@ -6,9 +6,10 @@ overshoots by orders of magnitude. Their forces (segment tension, element pressu
 their own while iterating; they are condensed locally, so the linear system keeps its size, and the solution
 is that of the displacement form.
 
-Far from equilibrium a matrix with the wrong inertia would lead to a saddle or round in circles; a multiple of
-the identity is then added until the inertia is that of a minimum. Close to equilibrium the matrix is left as
-it is.
+A matrix with more negative eigenvalues than the branch of equilibria has would lead to a saddle or round in
+circles. Contact is then made convex, pair by pair; where that is not enough, the silicone's viscous matrix is
+added for a few iterations. If the matrix stays indefinite, the method gives up, and says so by an
+`UnstableError`: what moves by itself is followed in time (see `creep`).
 
 Globalisation is a line search whose merit is the size of the Newton step itself: a step may not be much
 longer than the one before (the ordinary monotonicity test), or that one is taken again at half its length; no
@@ -19,9 +20,8 @@ forces, for the same reason.
 References
 ----------
 Magisano, Leonetti, Garcea (2017), Advantages of the mixed format in geometrically nonlinear analysis of beams
-and shells using solid finite elements, Int. J. Numer. Meth. Eng. 109, §3. Nocedal and Wright (2006),
-Numerical Optimization, §3.4, for the shift. Deuflhard (2011), Newton Methods for Nonlinear Problems, §3.1,
-for the test.
+and shells using solid finite elements, Int. J. Numer. Meth. Eng. 109, §3. Deuflhard (2011), Newton Methods
+for Nonlinear Problems, §3.1, for the test.
 """
 
 import abc
@@ -42,12 +42,18 @@ _LOG = logging.getLogger(__name__)
 FORCE_TOLERANCE = 1e-9
 # A step of this size [mm] under forces below that [N] is round-off of a large mesh.
 _ROUND_OFF_STEP, _ROUND_OFF_FORCE = 1e-12, 1e-7
+# A step with a kept stiffness that ends the iteration [mm], and the force [N]: strains of 1e-8.
+_KEPT_STEP, _KEPT_FORCE = 1e-8, 1e-6
 MOMENT_TOLERANCE = 1e-8
 # Where walls touch, the barrier's gradient jumps a little as contact pairs change kind, and Newton's method
 # may end in a cycle about such a jump. It is accepted below this force [N] once the whole step is within the
 # problem's noise, which bounds what is lost.
 CONTACT_FORCE_TOLERANCE = 1e-3
 MAX_ITERATIONS = 30
+# Of a step in time: one that needs more iterations is too long; and how small the last of them must be beside
+# the first, since only the way's end counts.
+_CREEP_ITERATIONS = 8
+_CREEP_ACCURACY = 0.3
 
 _MAX_BACKTRACKS = 12
 # Iterations before steps that contract by less than this are halved, or taken for the contact's noise.
@@ -59,15 +65,22 @@ _PATIENCE = 5
 _GROWTH = 2.0
 _MAX_HALVINGS = 2
 _FLOOR = 0.1
-# Shift of the stiffness [N/mm]: applied above this residual [N], from the first value upwards by factors.
-_SHIFT_ABOVE = 1e-4
-_FIRST_SHIFT = 1e-4
-_SHIFT_FACTOR = 3.0
-_LAST_SHIFT = 10.0
+# Steps with a stiffness that is kept: how many, and how fast they must shrink.
+_KEPT_ITERATIONS = 8
+_KEPT_CONTRACTION = 0.2
+# Residual [N] above which the inertia must be right; iterations in which viscosity may see to that; and its
+# rates, as shares of the silicone's stiffness at rest.
+_INERTIA_ABOVE = 1e-4
+_DAMPED_ITERATIONS = 6
+_FIRST_RATE, _RATE_FACTOR, _LAST_RATE = 0.2, 4.0, 10.0
 
 
 class NewtonError(ArithmeticError):
     """Newton's method gave up; the message says why."""
+
+
+class UnstableError(NewtonError):
+    """The stiffness has more negative eigenvalues than the branch that is followed."""
 
 
 @dataclass(frozen=True)
@@ -119,18 +132,36 @@ class Problem(abc.ABC):
     reach: float
     #: Displacement of any node that the contact's jumps may leave open [mm].
     noise: float
+    #: Size of a step below which the stiffness is kept for the next ones [mm].
+    nearby: float
+    #: Whether an equilibrium must come with its own stiffness and factors, not those of a state nearby.
+    exact: bool
 
     @abc.abstractmethod
     def begin(self, start: Any, target: Any) -> Any:
         """The configuration to iterate from; raises a NewtonError where it is not admissible."""
 
     @abc.abstractmethod
-    def linearise(self, at: Any, target: Any) -> Any:
-        """Residual and stiffness."""
+    def linearise(self, at: Any, target: Any, viscous: Any = None) -> Any:
+        """Residual and stiffness, those of a `viscous` resistance included."""
+
+    @abc.abstractmethod
+    def renewed(self, linear: Any, at: Any, target: Any, viscous: Any = None) -> Any:
+        """``linear`` with the residual at ``at`` and the stiffness as it was."""
 
     @abc.abstractmethod
     def convex_walls(self, linear: Any) -> Float[np.ndarray, " nonzeros"]:
         """The stiffness' data with the walls' contact made convex, pair by pair."""
+
+    @abc.abstractmethod
+    def viscous(self, at: Any, rate: float) -> Any:
+        """Viscous resistance to leaving ``at``, its stiffness ``rate`` times that of the silicone at rest."""
+
+    @abc.abstractmethod
+    def stiffened(
+        self, data: Float[np.ndarray, " nonzeros"], resistance: Any, linear: Any
+    ) -> Float[np.ndarray, " nonzeros"]:
+        """A stiffness' data with the matrix of a viscous ``resistance`` added."""
 
     @abc.abstractmethod
     def imbalance(self, linear: Any, target: Any) -> float:
@@ -170,7 +201,12 @@ class Problem(abc.ABC):
 
 
 def solve_equilibrium(
-    problem: Problem, solver: SymmetricSolver, target: Any, start: Any, inertia: int = 0
+    problem: Problem,
+    solver: SymmetricSolver,
+    target: Any,
+    start: Any,
+    inertia: int = 0,
+    viscous: Any = None,
 ) -> Equilibrium:
     """Iterate from ``start`` to equilibrium under ``target``; the solver is left with the factors there.
 
@@ -178,35 +214,35 @@ def solve_equilibrium(
     ----------
     problem, solver, target : what, by what, and under which loads.
     start : configuration to iterate from.
-    inertia : negative eigenvalues of the branch of equilibria that is followed: 0 for minima of the energy. A
-        matrix with more of them is damped.
+    inertia : negative eigenvalues of the branch of equilibria that is followed: 0 for minima of the energy.
+    viscous : resistance for a step in time, which is solved roughly.
 
     Raises
     ------
+    UnstableError
+        Where the stiffness has more negative eigenvalues than that, contact taken as convex.
     NewtonError
-        When it does not converge.
+        When it does not converge for another reason.
     """
     at = problem.begin(start, target)
     history: list[float] = []
     last: _Taken | None = None
-    shift = 0.0
-    for iteration in range(MAX_ITERATIONS):
-        linear = problem.linearise(at, target)
-        force = float(np.abs(linear.residual).max())
-        moment = problem.imbalance(linear, target)
-        if not np.isfinite(force + moment):
-            raise NewtonError(f"the residual is not finite at iteration {iteration}")
+    first = 0.0
+    damping = _Damping(problem, solver, inertia, 0 if viscous is not None else _DAMPED_ITERATIONS)
+    for iteration in range(MAX_ITERATIONS if viscous is None else _CREEP_ITERATIONS):
+        linear = problem.linearise(at, target, viscous)
+        force, moment = _imbalance(problem, linear, target, iteration)
         try:
             negative = solver.factorise(problem.pattern.matrix(linear.data), problem.pattern.revision)
             excess = None if negative is None else negative - problem.constraints
             if force <= FORCE_TOLERANCE and moment <= MOMENT_TOLERANCE:
                 return _settled(problem, solver, at, linear, iteration, force, excess)
-            damped = excess is not None and excess > inertia and force > _SHIFT_ABOVE
-            if damped:
-                shift = _factorise_damped(problem, solver, linear, shift, inertia)
+            convex = excess is not None and excess > inertia and force > _INERTIA_ABOVE
+            if convex:
+                damping.factorise(at, linear)
             step = problem.newton_step(solver, linear, target)
             size = problem.size(step, linear)
-            if not damped and last is not None and last.overshot(size, problem.reach):
+            if not convex and last is not None and last.overshot(size, problem.reach):
                 _LOG.debug("the step would grow to %.2e mm: the last one is halved", size)
                 last = last.halved()
                 at = _admissible_part(problem, last.origin, last.step, last.linear, last.fraction)
@@ -215,24 +251,72 @@ def solve_equilibrium(
             raise NewtonError(f"iteration {iteration}: {error}") from error
         _LOG.debug(
             "iteration %d: force %.2e N, moment %.2e N mm, step %.2e mm, excess %s%s",
-            *(iteration, force, moment, size, excess, ", damped" if damped else ""),
+            *(iteration, force, moment, size, excess, ", damped" if convex else ""),
         )
         if size <= _ROUND_OFF_STEP and force <= _ROUND_OFF_FORCE and moment <= MOMENT_TOLERANCE:
             return _settled(problem, solver, at, linear, iteration, force, excess)
-        raised = damped and shift > 0.0
-        if iteration >= _PATIENCE and linear.walls_touch and not raised and _at_noise(problem, step, force):
+        if iteration >= _PATIENCE and linear.walls_touch and _at_noise(problem, step, force):
             return _settled(problem, solver, at, linear, iteration, force, excess)
         history.append(force)
         stalled = iteration >= _SETTLING and last is not None and size > _CONTRACTION * last.size
         longest = min(problem.longest(step), problem.reach / max(size, problem.reach))
         fraction = min(longest, 0.5 if stalled else 1.0)
-        last = None if damped else _Taken(at, step, linear, size, fraction)
+        if viscous is not None and iteration == 0:
+            if fraction < 1.0:
+                raise NewtonError(f"the step in time would be one of {size:.1e} mm")
+            first = size
+        # The first step sets the tension of the threads by the residual of their stretch; the next, free of
+        # it, may well be longer.
+        last = None if convex or iteration == 0 else _Taken(at, step, linear, size, fraction)
         at = _admissible_part(problem, at, step, linear, fraction)
+        if viscous is not None and iteration > 0 and size <= max(problem.noise, _CREEP_ACCURACY * first):
+            return Equilibrium(at, None, iteration + 1, force, None)
+        # The first stiffness still has the threads' old tension in it.
+        steady = viscous is None and not convex and fraction == 1.0 and iteration > 0
+        if steady and size <= problem.nearby:
+            at, linear, force, balanced = _keep_stiffness(problem, solver, target, at, linear, size)
+            if balanced and not problem.exact:
+                return _settled(problem, solver, at, linear, iteration + 1, force, excess)
     raise NewtonError(
-        f"no convergence in {MAX_ITERATIONS} iterations; the last residual forces are "
+        f"no convergence in {len(history)} iterations; the last residual forces are "
         + ", ".join(f"{r:.1e}" for r in history[-3:])
         + " N"
     )
+
+
+def _imbalance(problem: Problem, linear: Any, target: Any, iteration: int) -> tuple[float, float]:
+    """Largest residual force and moment."""
+    force = float(np.abs(linear.residual).max())
+    moment = problem.imbalance(linear, target)
+    if not np.isfinite(force + moment):
+        raise NewtonError(f"the residual is not finite at iteration {iteration}")
+    return force, moment
+
+
+def _keep_stiffness(
+    problem: Problem, solver: SymmetricSolver, target: Any, at: Any, linear: Any, size: float
+) -> tuple[Any, Any, float, bool]:
+    """Steps with the factors at hand, as long as they shrink fast: forces alone cost a tenth of a stiffness.
+
+    Returns where they lead, the last linearisation, its residual force, and whether that is an equilibrium.
+    """
+    sizes = [size]
+    for iteration in range(_KEPT_ITERATIONS):
+        linear = problem.renewed(linear, at, target)
+        force, moment = _imbalance(problem, linear, target, iteration)
+        if force <= FORCE_TOLERANCE and moment <= MOMENT_TOLERANCE:
+            return at, linear, force, True
+        step = problem.newton_step(solver, linear, target)
+        size = problem.size(step, linear)
+        _LOG.debug("  kept stiffness: force %.2e N, moment %.2e N mm, step %.2e mm", force, moment, size)
+        if size <= _KEPT_STEP and force <= _KEPT_FORCE and moment <= MOMENT_TOLERANCE:
+            return at, linear, force, True
+        # Steps shrink in pairs: one for the stiff parts' forces, one for what they do.
+        if size > sizes[-1] or (len(sizes) > 1 and size > _KEPT_CONTRACTION * sizes[-2]):
+            break
+        sizes.append(size)
+        at = _admissible_part(problem, at, step, linear, 1.0)
+    return at, linear, force, False
 
 
 @dataclass(frozen=True)
@@ -280,25 +364,45 @@ def _at_noise(problem: Problem, step: Any, force: float) -> bool:
     )
 
 
-def _factorise_damped(
-    problem: Problem, solver: SymmetricSolver, linear: Linearisation, last: float, inertia: int
-) -> float:
-    """Factorise a stiffness of the branch's inertia: walls made convex, then the diagonal raised.
+class _Damping:
+    """Matrices of the branch's inertia where the stiffness has another: convex contact, then viscosity.
 
-    Returns the shift, to start from near ``last`` in the next iteration; zero where convex walls are enough.
+    Parameters
+    ----------
+    problem, solver : what, and by what.
+    inertia : of the branch.
+    left : iterations in which viscosity may be added.
     """
-    base = problem.convex_walls(linear) if linear.walls_touch else linear.data
-    diagonal = problem.pattern.diagonal[: problem.pattern.size - problem.constraints]
-    shift = last / _SHIFT_FACTOR**2 if last > _FIRST_SHIFT else 0.0
-    while shift <= _LAST_SHIFT:
-        data = base.copy()
-        data[diagonal] += shift
-        negative = solver.factorise(problem.pattern.matrix(data), problem.pattern.revision)
-        _LOG.debug("shift %.1e N/mm: %s negative pivots", shift, negative)
-        if negative is not None and negative <= problem.constraints + inertia:
-            return shift
-        shift = max(_FIRST_SHIFT, _SHIFT_FACTOR * shift)
-    raise NewtonError(f"the stiffness stays indefinite under a shift of {_LAST_SHIFT:g} N/mm")
+
+    def __init__(self, problem: Problem, solver: SymmetricSolver, inertia: int, left: int) -> None:
+        self._problem, self._solver = problem, solver
+        self._allowed = problem.constraints + inertia
+        self._left = left
+        self._rate = _FIRST_RATE
+
+    def factorise(self, at: Any, linear: Any) -> None:
+        """Leave the factors of such a matrix in the solver, or raise an `UnstableError`."""
+        problem = self._problem
+        data = problem.convex_walls(linear) if linear.walls_touch else linear.data
+        excess = self._excess(data)
+        if excess <= 0:
+            return
+        self._left -= 1
+        if self._left >= 0:
+            resistance = problem.viscous(at, 1.0)
+            rate = self._rate / _RATE_FACTOR
+            while rate < _LAST_RATE:
+                rate *= _RATE_FACTOR
+                if self._excess(problem.stiffened(data, resistance.times(rate), linear)) <= 0:
+                    _LOG.debug("viscosity %.2g added", rate)
+                    self._rate = rate / _RATE_FACTOR
+                    return
+        raise UnstableError(f"the stiffness has {excess} negative eigenvalues more than the branch")
+
+    def _excess(self, data: Float[np.ndarray, " nonzeros"]) -> int:
+        pattern = self._problem.pattern
+        negative = self._solver.factorise(pattern.matrix(data), pattern.revision)
+        return 0 if negative is None else negative - self._allowed
 
 
 def _admissible_part(problem: Problem, at: Any, step: Any, linear: Any, fraction: float) -> Any:

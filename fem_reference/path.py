@@ -1,29 +1,37 @@
-"""Continuation of equilibria along straight paths of load, with extrapolation and step control."""
+"""Continuation of equilibria along straight paths of load, with extrapolation and step control.
+
+Where no equilibrium is found near the last one, walls have lost their balance: the body is then left to creep
+to where it goes by itself.
+"""
 
 import logging
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
+from fem_reference.creep import creep
 from fem_reference.linear_solver import SymmetricSolver
 from fem_reference.newton import Equilibrium, NewtonError, Problem, solve_equilibrium
 
 _LOG = logging.getLogger(__name__)
 
 # A step is cut when Newton fails, kept where it takes the iterations between, and grown below.
-_EASY, _HARD = 5, 9
+_EASY, _HARD = 4, 8
 # Cosine of the angle between two legs of a path that still counts as straight on.
 _STRAIGHT = 0.999
 _GROW, _SHRINK = 1.6, 0.6
+# The longest step after one that failed, and how it grows again with every easy one.
+_BELOW_FAILED, _FORGET = 0.7, 1.1
 _SMALLEST = 0.05
 # Earlier states kept for extrapolation, and the largest sum of absolute weights beyond a straight line.
 _STATES = 2
 _AMPLIFICATION = 8.0
 _PREDICTOR_CUTS = 6
-# Steps beyond a spot where contact pairs change kind, tried when ever smaller ones all fail before it.
-_LEAPS = (0.1, 0.2)
+# How often a step is halved before the body is left to creep to its load.
+_HALVINGS = 2
 
 
 class PathError(ArithmeticError):
@@ -50,11 +58,13 @@ class PathMemory:
     step : length of the next step.
     earlier : configurations before the present one on this straight leg, and how far back each is.
     heading : direction of the leg.
+    longest : no step is longer, after one that failed.
     """
 
     step: float
     earlier: list[tuple[Any, float]]
     heading: Float[np.ndarray, " loads"]
+    longest: float = math.inf
 
 
 class PathFollower:
@@ -80,16 +90,19 @@ class PathFollower:
         self.equilibrium = equilibrium
         self.target = target
         self.iterations = 0
+        #: Whether the body has crept over an instability on the way to the last goal.
+        self.jumped = False
         if not isinstance(memory, PathMemory):
             memory = PathMemory(memory, [], np.zeros(0))
         self.step, self._earlier, self._heading = memory.step, memory.earlier, memory.heading
+        self._longest = memory.longest
         # Whether the solver's factors are no longer those of the equilibrium at hand.
         self._failed = False
 
     @property
     def memory(self) -> PathMemory:
         """To go on from the present equilibrium as if there had been no break."""
-        return PathMemory(self.step, self._earlier, self._heading)
+        return PathMemory(self.step, self._earlier, self._heading, self._longest)
 
     def follow(self, goal: Any) -> Equilibrium:
         """Go from the present equilibrium to ``goal``, in as many steps as it takes.
@@ -101,6 +114,7 @@ class PathFollower:
         PathError
             When the goal is not reached; it carries the last equilibrium.
         """
+        self.jumped = False
         origin, change = self.target, self.target.to(goal)
         length = float(np.linalg.norm(change))
         heading = change / max(length, np.finfo(float).tiny)
@@ -111,30 +125,45 @@ class PathFollower:
         if length == 0.0 and not self._advance(goal, 0.0):
             raise PathError("the equilibrium at hand does not converge anew", self.equilibrium, origin)
         done = 0.0
+        # Of the steps tried from the present equilibrium: how many, and the target and length of the first.
+        failed: list[tuple[Any, float]] = []
         while done < length:
             step = min(self.step, length - done)
             if length - done - step < 0.25 * step:
                 step = length - done
-            if self._advance(origin.between(goal, (done + step) / length), step):
-                done += step
+            target = origin.between(goal, (done + step) / length)
+            if self._advance(target, step):
+                done, failed = done + step, []
                 continue
-            self.step = 0.5 * step
-            if self.step < _SMALLEST:
-                done += self._leap(origin, goal, done, length)
+            failed.append((target, step))
+            self.step, self._longest = 0.5 * step, _BELOW_FAILED * step
+            if len(failed) > _HALVINGS or self.step < _SMALLEST:
+                if self._creep(*failed[0]):
+                    done, failed = done + failed[0][1], []
+                elif self.step < _SMALLEST:
+                    raise PathError(
+                        f"stopped at pressures {np.round(self.target.pressure * 1e3, 3)} kPa, where steps "
+                        f"down to {step:.2g} of about 1 kPa fail",
+                        self.equilibrium,
+                        self.target,
+                    )
+                else:
+                    failed = []
         return self.equilibrium
 
-    def _leap(self, origin: Any, goal: Any, done: float, length: float) -> float:
-        """Step over a spot that small steps cannot pass; return how far."""
-        for leap in _LEAPS:
-            if leap <= length - done and self._advance(origin.between(goal, (done + leap) / length), leap):
-                self.step = leap
-                return leap
-        raise PathError(
-            f"stopped at pressures {np.round(self.target.pressure * 1e3, 3)} kPa, where steps down to "
-            f"{self.step:.2g} of about 1 kPa fail",
-            self.equilibrium,
-            self.target,
-        )
+    def _creep(self, target: Any, step: float) -> bool:
+        """Let the body creep to ``target``; tell whether it came to rest."""
+        try:
+            found = creep(self.problem, self.solver, target, self.equilibrium.configuration)
+        except NewtonError as error:
+            _LOG.debug("creeping over a step of %.3g failed: %s", step, error)
+            return False
+        # What lies behind a jump says nothing of the way ahead.
+        self._failed, self._earlier, self.jumped = False, [], True
+        self._longest = math.inf
+        self.equilibrium, self.target, self.step = found, target, 2.0 * step
+        self.iterations += found.iterations
+        return True
 
     def _advance(self, target: Any, step: float) -> bool:
         """Solve for ``target``, a step away; tell whether it converged."""
@@ -143,7 +172,9 @@ class PathFollower:
         if self._earlier and step > 0.0:
             guesses = (self._extrapolate(step, count) for count in range(len(self._earlier), 0, -1))
             good = (g for g in guesses if g is not None and self.problem.may_start(at, g))
-            start = next(good, None) or self._predict(target)
+            start = next(good, None)
+            if start is None:
+                start = self._predict(target)
         try:
             inertia = self.equilibrium.excess_negative or 0
             found = solve_equilibrium(self.problem, self.solver, target, start, inertia)
@@ -157,7 +188,8 @@ class PathFollower:
         self.equilibrium, self.target = found, target
         self.iterations += found.iterations
         if found.iterations <= _EASY:
-            self.step = max(self.step, step) * _GROW
+            self.step = min(max(self.step, step) * _GROW, self._longest)
+            self._longest *= _FORGET
         elif found.iterations > _HARD:
             self.step = step * _SHRINK
         return True

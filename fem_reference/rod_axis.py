@@ -98,6 +98,18 @@ class RodAxis:
         stretch = self.axial_stiffness / self.basis.span / 2.0 * float((self.extension(controls) ** 2).sum())
         return stretch + 0.5 * float(np.einsum("ai,ab,bi->", controls, self.bending, controls))
 
+    def force(self, controls: Float[np.ndarray, "controls 3"]) -> Float[np.ndarray, "spans 12"]:
+        """Forces of the stretch on each span's control points, those of `response`."""
+        return self.tension(controls)[:, None] * self._elongation_gradient(controls)
+
+    def _elongation_gradient(
+        self, controls: Float[np.ndarray, "controls 3"]
+    ) -> Float[np.ndarray, "spans 12"]:
+        tangent = self._tangents(controls)
+        direction = tangent / np.linalg.norm(tangent, axis=2)[..., None]
+        weighted = self._weights[:, None] * self._slope
+        return np.einsum("ega,egi->eai", weighted, direction).reshape(-1, 12)
+
     def response(
         self, controls: Float[np.ndarray, "controls 3"], tension: Float[np.ndarray, " spans"]
     ) -> tuple[
@@ -114,9 +126,9 @@ class RodAxis:
         norm = np.linalg.norm(tangent, axis=2)
         direction = tangent / norm[..., None]
         weighted = self._weights[:, None] * self._slope
-        gradient = np.einsum("ega,egi->eai", weighted, direction).reshape(-1, 12)
+        gradient = self._elongation_gradient(controls)
         stiffness = self.axial_stiffness / self.basis.span
-        force = (stiffness * self.extension(controls))[:, None] * gradient
+        force = self.force(controls)
         across = (np.eye(3) - direction[..., :, None] * direction[..., None, :]) / norm[..., None, None]
         geometric = np.einsum("ega,egij,egb->eaibj", weighted, across, self._slope).reshape(-1, 12, 12)
         tangents = stiffness * gradient[:, :, None] * gradient[:, None, :]

@@ -27,6 +27,7 @@ class RodFrame:
         both = np.round(np.concatenate([stations, basis.greville]), 9)
         levels, index = np.unique(both, return_inverse=True)
         self._level, self._greville = np.split(index, [len(stations)])
+        self._stations = stations
         self._value, self._slope = basis.values(levels), basis.values(levels, 1)
         self._fit = np.linalg.inv(basis.values(basis.greville))
 
@@ -45,6 +46,14 @@ class RodFrame:
         for i, turn in enumerate(turns):
             frames[i + 1] = turn @ frames[i]
         return centre, frames
+
+    def straightened(self, positions: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, "nodes 3"]:
+        """The nodes with the rod's bending and stretch taken off: its curve lies on the z axis."""
+        nodes = len(self._level)
+        centre, frames = self.frames(positions[nodes:])
+        local = np.einsum("nji,nj->ni", frames[self._level], positions[:nodes] - centre[self._level])
+        local[:, 2] += self._stations
+        return local
 
     def mean(
         self, positions: list[Float[np.ndarray, "points 3"]], weights: list[float]

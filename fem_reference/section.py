@@ -31,6 +31,8 @@ class MeshLevel:
     inner_wall, outer_wall_inside, outer_wall_outside : through the walls (the outer one inside and outside
         the winding's cylinder).
     axial_size : target length of an element along z [mm].
+    order : of the elements' polynomials: 1, linear with mean dilatation, as the paper's; 2, quadratic with
+        linear discontinuous pressure.
     """
 
     inner_arc: int
@@ -41,11 +43,12 @@ class MeshLevel:
     outer_wall_inside: int
     outer_wall_outside: int
     axial_size: float
+    order: int = 1
 
     @property
     def around(self) -> int:
-        """Elements around the outer circumference."""
-        return 3 * (self.outer_arc + self.partition_across)
+        """Distances between nodes around the outer circumference."""
+        return 3 * (self.outer_arc + self.partition_across) * self.order
 
 
 LEVELS = {
@@ -65,20 +68,21 @@ def mesh_level(name: str) -> MeshLevel:
 
 @dataclass(frozen=True)
 class Section:
-    """Quadrilaterals of the cross-section [mm].
+    """Quadrilaterals of the cross-section [mm], with (order + 1)² nodes in tensor order.
 
     Parameters
     ----------
     points : of all nodes.
     quads : of the silicone, counter-clockwise.
     filling : quadrilaterals of each chamber; empty arrays where they were not asked for.
-    edges : nodes of the edges on each boundary: ``cavity``, ``outer``, ``chamber1`` … ``chamber3``.
+    edges : of each boundary, with order + 1 nodes from end to end: ``cavity``, ``outer``, ``chamber1`` …
+        ``chamber3``.
     """
 
     points: Float[np.ndarray, "nodes 2"]
-    quads: Int[np.ndarray, "quads 4"]
-    filling: tuple[Int[np.ndarray, "_ 4"], ...]
-    edges: dict[str, Int[np.ndarray, "_ 2"]]
+    quads: Int[np.ndarray, "quads _"]
+    filling: tuple[Int[np.ndarray, "_ _"], ...]
+    edges: dict[str, Int[np.ndarray, "_ _"]]
 
 
 def mesh_section(geometry: ActuatorGeometry, level: MeshLevel, filled: bool = False) -> Section:
@@ -109,7 +113,8 @@ def mesh_section(geometry: ActuatorGeometry, level: MeshLevel, filled: bool = Fa
         surfaces, filling, curves = _blocks(geometry, level, filled)
         gmsh.model.geo.synchronize()
         gmsh.model.mesh.generate(2)
-        return _read(surfaces, filling, curves)
+        gmsh.model.mesh.setOrder(level.order)
+        return _read(surfaces, filling, curves, level.order)
     finally:
         gmsh.finalize()
 
@@ -199,12 +204,18 @@ def _block(arcs: list[list[int]], spokes: list[list[int]], ring: int, i: int) ->
     return surface
 
 
-def _read(surfaces: list[int], filling: list[list[int]], curves: dict[str, list[int]]) -> Section:
+# By order: gmsh's types of quadrilaterals and of lines, and their nodes in tensor order.
+_QUAD, _LINE = {1: 3, 2: 10}, {1: 1, 2: 8}
+_QUAD_NODES = {1: [0, 1, 3, 2], 2: [0, 4, 1, 7, 8, 5, 3, 6, 2]}
+_LINE_NODES = {1: [0, 1], 2: [0, 2, 1]}
+
+
+def _read(surfaces: list[int], filling: list[list[int]], curves: dict[str, list[int]], order: int) -> Section:
     """Take nodes, quadrilaterals and boundary edges over from gmsh."""
     types, *_ = gmsh.model.mesh.getElements(dim=2)
-    if list(types) != [3]:
-        raise RuntimeError(f"gmsh made element types {list(types)}; expected quadrilaterals (3) only")
-    quads = [_elements(3, 4, group) for group in (surfaces, *filling)]
+    if list(types) != [_QUAD[order]]:
+        raise RuntimeError(f"gmsh made element types {list(types)}; expected quadrilaterals only")
+    quads = [_elements(_QUAD[order], _QUAD_NODES[order], group) for group in (surfaces, *filling)]
     used = np.unique(np.concatenate(quads))
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     where = np.full(int(tags.max()) + 1, -1)
@@ -212,22 +223,23 @@ def _read(surfaces: list[int], filling: list[list[int]], curves: dict[str, list[
     points = np.empty((used.size, 2))
     keep = where[tags.astype(int)] >= 0
     points[where[tags.astype(int)[keep]]] = coordinates.reshape(-1, 3)[keep, :2]
-    oriented = [_counter_clockwise(where[q], points) for q in quads]
-    edges = {name: where[_elements(1, 2, tags)] for name, tags in curves.items()}
+    oriented = [_counter_clockwise(where[q], points, order) for q in quads]
+    edges = {name: where[_elements(_LINE[order], _LINE_NODES[order], tags)] for name, tags in curves.items()}
     return Section(points, oriented[0], tuple(oriented[1:]), edges)
 
 
-def _elements(kind: int, nodes: int, entities: list[int]) -> Int[np.ndarray, "_ _"]:
-    """Node tags of the elements of one type on the given curves or surfaces."""
+def _elements(kind: int, order: list[int], entities: list[int]) -> Int[np.ndarray, "_ _"]:
+    """Node tags of the elements of one type on the given curves or surfaces, in the order given."""
+    nodes = len(order)
     found = [gmsh.model.mesh.getElementsByType(kind, tag)[1].reshape(-1, nodes) for tag in entities]
-    return np.concatenate([np.empty((0, nodes), int), *found]).astype(int)
+    return np.concatenate([np.empty((0, nodes), int), *found]).astype(int)[:, order]
 
 
 def _counter_clockwise(
-    quads: Int[np.ndarray, "quads 4"], points: Float[np.ndarray, "nodes 2"]
-) -> Int[np.ndarray, "quads 4"]:
-    a, b = points[quads[:, 2]] - points[quads[:, 0]], points[quads[:, 3]] - points[quads[:, 1]]
+    quads: Int[np.ndarray, "quads _"], points: Float[np.ndarray, "nodes 2"], order: int
+) -> Int[np.ndarray, "quads _"]:
+    grid = quads.reshape(-1, order + 1, order + 1)
+    a = points[grid[:, -1, -1]] - points[grid[:, 0, 0]]
+    b = points[grid[:, -1, 0]] - points[grid[:, 0, -1]]
     flip = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0] < 0.0
-    quads = quads.copy()
-    quads[flip] = quads[flip][:, ::-1]
-    return quads
+    return np.where(flip[:, None, None], np.swapaxes(grid, 1, 2), grid).reshape(quads.shape)

@@ -16,10 +16,10 @@ beams into 3D solid volumes, Comput. Mech. 66.
 """
 
 import numpy as np
-import skfem
 from jaxtyping import Float
 
 from fem_reference.embedding import embed_circles, embed_points, merged
+from fem_reference.mesh import BodyMesh
 from fem_reference.winding import Thread, Winding
 
 _MILLIMETRE = 1e3
@@ -33,7 +33,7 @@ class ThreadSegments:
     mesh : host mesh [mm], between z = 0 and z = ``length``.
     winding : layout; thread : its elasticity.
     radius, length : of the winding's cylinder [m].
-    points_per_turn : segments per turn of a helix, or of a ring; about one per host element.
+    points_per_turn : segments per turn of a helix, or of a ring; about one per distance of nodes.
 
     Raises
     ------
@@ -43,7 +43,7 @@ class ThreadSegments:
 
     def __init__(
         self,
-        mesh: skfem.MeshHex,
+        mesh: BodyMesh,
         winding: Winding,
         thread: Thread,
         radius: float,
@@ -52,16 +52,15 @@ class ThreadSegments:
     ) -> None:
         winding.refuse_overlap(thread)
         self.axial_stiffness = thread.axial_stiffness
-        basis = skfem.Basis(mesh, skfem.ElementHex1(), intorder=1)
         hosts, weights, self.polylines = [], [], []
         count = 0
         pairs = []
         for line in winding.polylines(radius, length, points_per_turn):
             points = line * _MILLIMETRE
             if thread.coupling == "circumference":
-                host, weight = embed_circles(basis, points, thread.radius * _MILLIMETRE)
+                host, weight = embed_circles(mesh, points, thread.radius * _MILLIMETRE)
             else:
-                host, weight = embed_points(basis, points)
+                host, weight = embed_points(mesh, points)
             hosts.append(host)
             weights.append(weight)
             index = count + np.arange(len(points))
@@ -69,15 +68,17 @@ class ThreadSegments:
             self.polylines.append(index)
             count += len(points)
         self._host = np.concatenate(hosts) if hosts else np.empty((0, 8), int)
-        self._weight = np.concatenate(weights) if weights else np.empty((0, 8))
+        self._weight = np.concatenate(weights) if weights else np.empty(self._host.shape)
         #: The two points of every segment.
         self.segments = ends = np.concatenate(pairs) if pairs else np.empty((0, 2), int)
-        # x_b − x_a = Σ_c coefficient_c x_c over the host nodes of both ends, sixteen for points.
+        # x_b − x_a = Σ_c coefficient_c x_c over the host nodes of both ends.
         self.connectivity = self._host[ends].reshape(len(ends), 2 * self._host.shape[1])
         self._coefficient = np.concatenate([-self._weight[ends[:, 0]], self._weight[ends[:, 1]]], axis=1)
         if thread.coupling == "circumference" and len(ends):
             self.connectivity, self._coefficient = merged(self.connectivity, self._coefficient)
-        self.rest_length = np.linalg.norm(self._span(mesh.p.T), axis=1)
+        #: Host nodes of no weight, which fill up short rows of ``connectivity``.
+        self.padding = self._coefficient == 0.0
+        self.rest_length = np.linalg.norm(self._span(mesh.points), axis=1)
 
     def __len__(self) -> int:
         return len(self.connectivity)
@@ -96,6 +97,14 @@ class ThreadSegments:
     def energy(self, positions: Float[np.ndarray, "nodes 3"]) -> float:
         """Stretch energy [N mm]."""
         return float((self.tension(positions) ** 2 * self.rest_length).sum() / (2.0 * self.axial_stiffness))
+
+    def force(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "segments dofs"]:
+        """Forces of the segments on their host nodes, those of `response`."""
+        span = self._span(positions)
+        length = np.linalg.norm(span, axis=1)
+        pull = (self.axial_stiffness * (1.0 / self.rest_length - 1.0 / length))[:, None] * span
+        local = self._coefficient[:, :, None] * pull[:, None, :]
+        return local.reshape(len(self), 3 * self.connectivity.shape[1])
 
     def response(
         self, positions: Float[np.ndarray, "nodes 3"], tension: Float[np.ndarray, " segments"] | None = None
@@ -123,6 +132,5 @@ class ThreadSegments:
         geometric = (tension / length)[:, None, None] * np.eye(3) + (
             self.axial_stiffness / self.rest_length - tension / length
         )[:, None, None] * (direction[:, :, None] * direction[:, None, :])
-        outer = self._coefficient[:, :, None, None, None] * self._coefficient[:, None, None, :, None]
-        stiffness = (outer * geometric[:, None, :, None, :]).reshape(len(self), size, size)
-        return force, stiffness, length_gradient
+        spread = (self._coefficient[:, :, None, None] * np.eye(3)).reshape(len(self), size, 3)
+        return force, (spread @ geometric) @ np.swapaxes(spread, 1, 2), length_gradient

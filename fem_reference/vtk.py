@@ -4,12 +4,13 @@ from pathlib import Path
 
 import meshio
 import numpy as np
-import skfem.io.meshio as skfem_meshio
 
 from fem_reference.cell import CellState, PeriodCell
 
 _KPA_PER_MPA = 1e3
 BODY, WINDING = 0, 1
+#: Nodes of a hexahedron in tensor order, as VTK counts them.
+VTK_HEXAHEDRON = [0, 1, 3, 2, 4, 5, 7, 6]
 
 
 def write_vtk(cell: PeriodCell, state: CellState, file: str | Path, periods: int = 1) -> None:
@@ -36,10 +37,10 @@ def write_vtk(cell: PeriodCell, state: CellState, file: str | Path, periods: int
     if periods < 1:
         raise ValueError(f"periods: got {periods}, expected at least 1")
     equations = cell.equations
-    rest = np.concatenate([equations.mesh.p.T, equations.thread.points(equations.mesh.p.T)])
+    rest = np.concatenate([equations.mesh.points, equations.thread.points(equations.mesh.points)])
     nodes = equations.all_positions(state.configuration)
     moved = np.concatenate([nodes, equations.thread.points(nodes)])
-    hexes = skfem_meshio.to_meshio(equations.mesh).cells_dict["hexahedron"]
+    hexes = equations.mesh.cells[:, VTK_HEXAHEDRON]
     lines = len(nodes) + equations.thread.segments
     turn, shift = equations.period_motion(state.configuration)
 
@@ -53,7 +54,8 @@ def write_vtk(cell: PeriodCell, state: CellState, file: str | Path, periods: int
     points = np.concatenate(deformed)
     body, winding = periods * len(hexes), periods * len(lines)
     # The element pressure is positive in tension.
-    pressure = np.tile(-_KPA_PER_MPA * state.configuration.element_pressure, periods)
+    pressure = np.repeat(-_KPA_PER_MPA * state.configuration.element_pressure[:, 0], equations.mesh.order**3)
+    pressure = np.tile(pressure, periods)
     tension = np.tile(equations.thread.tension(nodes), periods)
     meshio.Mesh(
         points,

@@ -60,6 +60,12 @@ class WallContact:
         vertices = self._vertices(positions)
         return float(self._potential(self._collisions(vertices), self._mesh, vertices))
 
+    def force(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "nodes 3"] | None:
+        """Force on all nodes; None where no walls are near."""
+        vertices = self._vertices(positions)
+        collisions = self._collisions(vertices)
+        return None if collisions.empty() else self._force(collisions, vertices, positions)
+
     def response(
         self, positions: Float[np.ndarray, "nodes 3"]
     ) -> tuple[Float[np.ndarray, "nodes 3"], sparse.csr_matrix] | None:
@@ -68,8 +74,7 @@ class WallContact:
         collisions = self._collisions(vertices)
         if collisions.empty():
             return None
-        force = np.zeros_like(positions)
-        force[self.nodes] = self._potential.gradient(collisions, self._mesh, vertices).reshape(-1, 3)
+        force = self._force(collisions, vertices, positions)
         return force, self._hessian(collisions, vertices, positions.size, ipctk.PSDProjectionMethod.NONE)
 
     def convex_hessian(self, positions: Float[np.ndarray, "nodes 3"]) -> sparse.csr_matrix:
@@ -77,6 +82,13 @@ class WallContact:
         vertices = self._vertices(positions)
         collisions = self._collisions(vertices)
         return self._hessian(collisions, vertices, positions.size, ipctk.PSDProjectionMethod.CLAMP)
+
+    def _force(
+        self, collisions: ipctk.NormalCollisions, vertices: np.ndarray, positions: np.ndarray
+    ) -> Float[np.ndarray, "nodes 3"]:
+        force = np.zeros_like(positions)
+        force[self.nodes] = self._potential.gradient(collisions, self._mesh, vertices).reshape(-1, 3)
+        return force
 
     def _hessian(
         self,

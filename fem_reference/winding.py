@@ -35,7 +35,7 @@ class Thread:
 
     young_modulus: float = 31067e6
     radius: float = 0.0889e-3
-    coupling: str = "axis"
+    coupling: str = "circumference"
 
     def __post_init__(self) -> None:
         for name in ("young_modulus", "radius"):

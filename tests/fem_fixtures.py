@@ -5,21 +5,24 @@ Lengths mm and stresses MPa, as inside the FEM, unless a name says otherwise.
 
 import dataclasses
 import functools
-from collections.abc import Callable
+import itertools
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
-import skfem
 from numpy.typing import ArrayLike
 
 from fem_reference import ActuatorGeometry, CellState, DoubleHelix, Load, Ogden, PeriodCell, Thread, follow
 from fem_reference.cell_equations import CellEquations
 from fem_reference.configuration import Configuration
+from fem_reference.mesh import BodyMesh
 from fem_reference.screw import screw_series
 from fem_reference.section import MeshLevel
 
 # The fewest elements that keep the structure: every wall one element thick.
 TINY = MeshLevel(2, 4, 2, 2, 1, 1, 1, 0.75)
+# Quadratic elements have nodes enough with half as many a side.
+QUADRATIC = MeshLevel(2, 2, 1, 2, 1, 1, 1, 1.5, order=2)
 
 
 def difference(function: Callable[..., np.ndarray | float], step: float) -> np.ndarray:
@@ -53,17 +56,47 @@ def rotation(axis: tuple[float, float, float], angle: float) -> np.ndarray:
 TURN = rotation((1.0, -2.0, 0.5), 1.1)
 
 
-def distorted_block(elements: int = 3, amplitude: float = 0.12, seed: int = 0) -> skfem.MeshHex:
-    """Block of 3 × 2 × 1 mm, its inner nodes moved at random by up to ``amplitude`` of an element's edge."""
-    grid = [np.linspace(0.0, side, elements + 1) for side in (3.0, 2.0, 1.0)]
-    mesh = skfem.MeshHex.init_tensor(*grid)
-    points = mesh.p.copy()
-    edges = np.array([[3.0], [2.0], [1.0]]) / elements
-    inside = np.ones(points.shape[1], dtype=bool)
-    inside[mesh.boundary_nodes()] = False
-    noise = np.random.default_rng(seed).uniform(-amplitude, amplitude, points.shape)
-    points[:, inside] += (noise * edges)[:, inside]
-    return skfem.MeshHex(points, mesh.t)
+SIDES = ("x low", "x high", "y low", "y high", "z low", "z high")
+
+
+def tensor_mesh(axes: Sequence[np.ndarray], order: int = 1) -> BodyMesh:
+    """Box of hexahedra between nodes on a grid, with a boundary for each of its SIDES.
+
+    ``axes`` has the nodes' coordinates along x, y and z: ``order`` times the elements, and one more.
+    """
+    counts = [len(axis) for axis in axes]
+    points = np.array(np.meshgrid(*axes, indexing="ij")).T.reshape(-1, 3)
+    node = np.arange(len(points)).reshape(counts[::-1])
+
+    def pieces(grid: np.ndarray) -> np.ndarray:
+        """Nodes of every element, or facet, of a grid of nodes, in tensor order."""
+        starts = itertools.product(*(range(0, count - 1, order) for count in grid.shape))
+        return np.array([grid[tuple(slice(i, i + order + 1) for i in start)].ravel() for start in starts])
+
+    faces = [face for axis in (2, 1, 0) for face in (node.take(0, axis), node.take(-1, axis))]
+    return BodyMesh(points, pieces(node), {name: pieces(f) for name, f in zip(SIDES, faces, strict=True)})
+
+
+def element_faces(mesh: BodyMesh) -> np.ndarray:
+    """Nodes of the faces of every element: of all elements' first faces, then of their second, and so on."""
+    side = mesh.order + 1
+    grid = mesh.elements.reshape(-1, side, side, side)
+    faces = [grid.take(end, axis) for axis in (3, 2, 1) for end in (0, -1)]
+    return np.concatenate([face.reshape(len(grid), -1) for face in faces])
+
+
+def boundary_nodes(mesh: BodyMesh) -> np.ndarray:
+    """Nodes on any boundary."""
+    return np.unique(np.concatenate([facets.ravel() for facets in mesh.facets.values()]))
+
+
+def distorted_block(elements: int = 3, order: int = 1, amplitude: float = 0.12, seed: int = 0) -> BodyMesh:
+    """Block of 3 × 2 × 1 mm, its inner nodes moved at random by up to ``amplitude`` of their distance."""
+    sides = np.array([3.0, 2.0, 1.0])
+    mesh = tensor_mesh([np.linspace(0.0, side, elements * order + 1) for side in sides], order)
+    noise = np.random.default_rng(seed).uniform(-amplitude, amplitude, mesh.points.shape)
+    noise[boundary_nodes(mesh)] = 0.0
+    return dataclasses.replace(mesh, points=mesh.points + noise * sides / (elements * order))
 
 
 def deformed(points: np.ndarray, seed: int = 1, noise: float = 0.02) -> np.ndarray:
@@ -71,7 +104,7 @@ def deformed(points: np.ndarray, seed: int = 1, noise: float = 0.02) -> np.ndarr
 
     Stretches reach 0.7 and 1.4, as in the actuator's outer wall.
     """
-    x, y, z = points
+    x, y, z = points.T
     smooth = np.column_stack([1.2 * x + 0.15 * y**2, 0.9 * y - 0.1 * x * z, 0.95 * z + 0.2 * np.sin(x) * y])
     return smooth + noise * np.random.default_rng(seed).uniform(-1.0, 1.0, smooth.shape)
 
@@ -139,9 +172,10 @@ def load_of(pressure: ArrayLike, moment: ArrayLike | None = None, curvature: Arr
 
 
 @functools.cache
-def tiny_equations() -> CellEquations:
+def tiny_equations(order: int = 1) -> CellEquations:
     """The paper's cell on the fewest elements."""
-    return CellEquations(ActuatorGeometry(), Ogden(), DoubleHelix(), Thread(), TINY)
+    level = dataclasses.replace(TINY, order=order)
+    return CellEquations(ActuatorGeometry(), Ogden(), DoubleHelix(), Thread(), level)
 
 
 @functools.cache

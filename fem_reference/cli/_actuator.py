@@ -139,6 +139,8 @@ def _text(record: dict[str, Any]) -> str:
         return "  ".join(form.format(value) for value in values)
 
     stable = {True: "stable", False: "unstable", None: "stability not known"}[record["stable"]]
+    if record["jumped"]:
+        stable += ", after walls have snapped"
     return "\n".join(
         [
             f"pressures          {row(record['pressure_kpa'])} kPa ({stable})",

@@ -98,6 +98,7 @@ def _record(cell: PeriodCell, state: CellState, converged: bool) -> dict[str, An
         "pressure_kpa": (1e-3 * state.pressure).tolist(),
         "converged": converged,
         "stable": state.stable,
+        "jumped": state.jumped,
         "residual_n": state.residual,
         "elements": cell.elements,
         "unknowns": cell.unknowns,
@@ -109,6 +110,8 @@ def _text(record: dict[str, Any]) -> str:
         return "  ".join(form.format(value) for value in values)
 
     stable = {True: "stable", False: "unstable", None: "stability not known"}[record["stable"]]
+    if record["jumped"]:
+        stable += ", after walls have snapped"
     return "\n".join(
         [
             f"pressures          {row(record['pressure_kpa'])} kPa ({stable})",

@@ -26,7 +26,7 @@ import skfem
 from fem_reference import LEVELS, Actuator, ActuatorGeometry, ActuatorLoad, Ogden
 from fem_reference.assembly import SparsePattern
 from fem_reference.material import isochoric_response
-from fem_reference.mesh import body_mesh
+from fem_reference.mesh import BodyMesh, body_mesh
 from fem_reference.solid import SolidElements
 
 LENGTHS_MM = (3.0, 12.0, 48.0)
@@ -46,13 +46,13 @@ def median_seconds(function: Callable[[], object], repeats: int) -> float:
     return statistics.median(times)
 
 
-def positions(mesh: skfem.MeshHex) -> np.ndarray:
+def positions(mesh: BodyMesh) -> np.ndarray:
     """A smooth bend, so that no stretches are equal."""
-    x, y, z = mesh.p
+    x, y, z = mesh.points.T
     return np.column_stack([1.05 * x + 0.002 * z**2 / 48.0, 0.97 * y + 0.001 * x * y, z + 0.01 * x])
 
 
-def ours(mesh: skfem.MeshHex) -> Callable[[], object]:
+def ours(mesh: BodyMesh) -> Callable[[], object]:
     """Element forces and stiffness, added to the cached pattern."""
     solid, x = SolidElements(mesh, Ogden()), positions(mesh)
     dofs = (3 * solid.connectivity[:, :, None] + np.arange(3)).reshape(len(solid), 24)
@@ -68,16 +68,14 @@ def ours(mesh: skfem.MeshHex) -> Callable[[], object]:
     return assemble
 
 
-def felupes(mesh: skfem.MeshHex) -> Callable[[], object]:
+def felupes(mesh: BodyMesh) -> Callable[[], object]:
     """Force and stiffness of felupe's nearly incompressible solid body."""
     import felupe  # type: ignore[import-untyped]
 
     material, x = Ogden(), positions(mesh)
     # felupe counts a hexahedron's corners around its bottom and then its top face.
-    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
-    reference = [tuple(int(c) for c in corner) for corner in mesh.elem.doflocs]
-    cells = mesh.t.T[:, [reference.index(corner) for corner in corners]]
-    region = felupe.RegionHexahedron(felupe.Mesh(mesh.p.T, cells, "hexahedron"))
+    cells = mesh.elements[:, [0, 1, 3, 2, 4, 5, 7, 6]]
+    region = felupe.RegionHexahedron(felupe.Mesh(mesh.points, cells, "hexahedron"))
     field = felupe.FieldContainer([felupe.Field(region, dim=3)])
     models = felupe.constitution.tensortrax.models.hyperelastic
     ogden = felupe.constitution.tensortrax.Hyperelastic(
@@ -86,7 +84,7 @@ def felupes(mesh: skfem.MeshHex) -> Callable[[], object]:
         alpha=list(material.exponents),
     )
     solid = felupe.SolidBodyNearlyIncompressible(ogden, field, bulk=material.bulk_modulus / 1e6)
-    field[0].values[:] = x - mesh.p.T
+    field[0].values[:] = x - mesh.points
 
     def assemble() -> object:
         solid.assemble.vector(field)
@@ -95,10 +93,10 @@ def felupes(mesh: skfem.MeshHex) -> Callable[[], object]:
     return assemble
 
 
-def bilinear(mesh: skfem.MeshHex) -> Callable[[], object]:
+def bilinear(mesh: BodyMesh) -> Callable[[], object]:
     """Stiffness by scikit-fem's own form, from the tangent at the Gauss points."""
     element = skfem.ElementVector(skfem.ElementHex1())
-    basis = skfem.Basis(mesh, element, intorder=3)
+    basis = skfem.Basis(mesh.linear(), element, intorder=3)
     solid, x = SolidElements(mesh, Ogden()), positions(mesh)
 
     @skfem.BilinearForm
@@ -122,7 +120,7 @@ def one(code: str, length: float) -> dict[str, float]:
     mesh = body_mesh(ActuatorGeometry(), 1e-3 * length, LEVELS["coarse"])
     seconds = median_seconds(CODES[code](mesh), REPEATS[code])
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-    return {"hexahedra": mesh.nelements, "seconds": seconds, "peak_mib": peak}
+    return {"hexahedra": len(mesh.elements), "seconds": seconds, "peak_mib": peak}
 
 
 def newton_step(body: float) -> dict[str, float]:

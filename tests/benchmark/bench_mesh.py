@@ -27,7 +27,7 @@ def refined(level: MeshLevel, factor: float) -> MeshLevel:
     counts = {
         name: round(getattr(level, name) * factor)
         for name in level.__dataclass_fields__
-        if name != "axial_size"
+        if name not in ("axial_size", "order")
     }
     return replace(level, **counts, axial_size=level.axial_size / factor)
 

@@ -37,7 +37,7 @@ def variants() -> Iterator[tuple[str, dict, dict]]:
     for factor in (0.1, 10.0):
         bulky = dataclasses.replace(material, bulk_modulus=factor * material.bulk_modulus)
         yield f"bulk modulus times {factor:g}", {"material": bulky}, {}
-    yield "thread coupled over its circumference", {"thread": Thread(coupling="circumference")}, {}
+    yield "thread coupled on its axis", {"thread": Thread(coupling="axis")}, {}
     yield "cavity bonded to the rod at the outer face only", {}, {"bonded": "tip"}
     yield "cavity bonded to the rod all along", {}, {"bonded": "all"}
 

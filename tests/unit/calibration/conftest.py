@@ -46,6 +46,6 @@ def dataset(run_directory):
 
 @pytest.fixture(scope="session")
 def samples(dataset):
-    from calibration.samples import stable_samples
+    from calibration.samples import loading_samples
 
-    return stable_samples(dataset)
+    return loading_samples(dataset)

@@ -54,7 +54,7 @@ def _derivatives(y: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
 
 def without_nodes(u: np.ndarray) -> Configuration:
     """The configuration of a cell that has no nodes."""
-    return Configuration(np.zeros((0, 3)), u / 1e3, np.zeros(0), np.zeros(0), np.zeros(2))
+    return Configuration(np.zeros((0, 3)), u / 1e3, np.zeros((0, 1)), np.zeros(0), np.zeros(2))
 
 
 def solve(load: Load, start: CellState | None = None) -> CellState:
@@ -77,6 +77,7 @@ def solve(load: Load, start: CellState | None = None) -> CellState:
                 iterations=iteration,
                 residual=0.0,
                 stable=stable,
+                jumped=False,
                 configuration=without_nodes(u),
             )
         u = u - np.linalg.solve(hessian[:3, :3], residual)

@@ -1,30 +1,32 @@
 """The body's mesh: hexahedra only, of the right volume, with the boundaries that the physics needs."""
 
+import dataclasses
+
 import numpy as np
 import pytest
-import skfem
 
-from fem_reference import ActuatorGeometry
+from fem_reference import ActuatorGeometry, Ogden
 from fem_reference.helical import HelicalMap
-from fem_reference.mesh import BOTTOM, TOP, body_mesh
+from fem_reference.mesh import BOTTOM, TOP, BodyMesh, actuator_mesh, body_mesh
+from fem_reference.reference_element import reference_element
 from fem_reference.section import CAVITY, CHAMBERS, OUTER, MeshLevel
-from tests.fem_fixtures import TINY
+from fem_reference.solid import SolidElements
+from tests.fem_fixtures import TINY, element_faces, tiny_equations
 
 LENGTH = 3.0
 
 
-@pytest.fixture(scope="module")
-def mesh(equations) -> skfem.MeshHex:
-    return equations.mesh
+@pytest.fixture(scope="module", params=[1, 2], ids=["linear", "quadratic"])
+def mesh(request) -> BodyMesh:
+    return tiny_equations(request.param).mesh
 
 
-def radii(mesh: skfem.MeshHex, boundary: str) -> np.ndarray:
-    return np.hypot(*mesh.p[:2, np.unique(mesh.facets[:, mesh.boundaries[boundary]])])
+def radii(mesh: BodyMesh, boundary: str) -> np.ndarray:
+    return np.hypot(*mesh.points[mesh.nodes(boundary), :2].T)
 
 
-def area(mesh: skfem.MeshHex, boundary: str) -> float:
-    basis = skfem.FacetBasis(mesh, skfem.ElementHex1(), facets=boundary)
-    return float(skfem.Functional(lambda w: 1.0 + 0.0 * w.x[0]).assemble(basis))
+def volume(mesh: BodyMesh) -> float:
+    return float(SolidElements(mesh, Ogden()).volume.sum())
 
 
 def test_the_section_has_the_blocks_that_the_level_asks_for(mesh):
@@ -32,64 +34,99 @@ def test_the_section_has_the_blocks_that_the_level_asks_for(mesh):
     chamber_blocks = 3 * (level.inner_arc * level.inner_wall + level.outer_arc * 2)
     partition_blocks = 3 * level.partition_across * (level.inner_wall + level.partition_along + 2)
     layers = round(LENGTH / level.axial_size)
-    assert mesh.t.shape == (8, layers * (chamber_blocks + partition_blocks))
+    nodes = (mesh.order + 1) ** 3
+    assert mesh.elements.shape == (layers * (chamber_blocks + partition_blocks), nodes)
+    np.testing.assert_array_equal(np.unique(mesh.elements), np.arange(len(mesh.points)))
 
 
 def test_no_element_is_inverted(mesh):
-    basis = skfem.Basis(mesh, skfem.ElementHex1(), intorder=3)
-    determinant = basis.mapping.detDF(basis.X)
-    assert determinant.min() > 0.0
+    element = reference_element(mesh.order)
+    corners = np.indices((2, 2, 2)).reshape(3, -1).T.astype(float)
+    for _, gradients in (element.evaluate(element.points), element.evaluate(corners)):
+        mapping = np.einsum("eai,qaj->eqij", mesh.points[mesh.elements], gradients)
+        assert np.linalg.det(mapping).min() > 0.0
 
 
-def test_the_volume_converges_to_the_bodys_at_second_order():
+@pytest.mark.parametrize("order", [1, 2])
+def test_the_volume_converges_to_the_bodys(order):
+    """At second order by chords, at fourth by parabolas that meet arcs at their ends and middle."""
     geometry = ActuatorGeometry()
     exact = geometry.body_area * 1e6 * LENGTH
     errors = []
     for n in (2, 4, 8):
-        fine = body_mesh(geometry, LENGTH * 1e-3, MeshLevel(n, 2 * n, n, 1, 1, 1, 1, 1.5))
-        errors.append(abs(skfem.Basis(fine, skfem.ElementHex1(), intorder=2).dx.sum() - exact))
-    # Chords cut arcs by shares of φ²/6 + O(φ⁴), φ being 0.7 rad at most.
-    np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 2.0, atol=0.05)
+        fine = body_mesh(geometry, LENGTH * 1e-3, MeshLevel(n, 2 * n, n, 1, 1, 1, 1, 1.5, order))
+        errors.append(abs(volume(fine) - exact))
+    # Chords cut arcs by shares of φ²/6 + O(φ⁴), parabolas by φ⁴/480 + O(φ⁶), φ being 0.7 rad at most.
+    np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 2.0 * order, atol=0.05)
+
+
+def test_middle_nodes_lie_on_the_arcs():
+    mesh = tiny_equations(2).mesh
+    for boundary, radius in ((CAVITY, 1.0), (OUTER, 6.0)):
+        grid = mesh.facets[boundary].reshape(-1, 3, 3)
+        middle = mesh.points[np.unique(grid[:, 1, 1])]
+        # gmsh places nodes on arcs to about 1e-8 mm.
+        np.testing.assert_allclose(np.hypot(*middle[:, :2].T), radius, rtol=0, atol=1e-7)
 
 
 def test_boundaries_cover_the_surface_once(mesh):
-    named = np.concatenate([mesh.boundaries[name] for name in (CAVITY, OUTER, BOTTOM, TOP, *CHAMBERS)])
-    np.testing.assert_array_equal(np.sort(named), np.sort(mesh.boundary_facets()))
+    named = np.concatenate([mesh.facets[name] for name in (CAVITY, OUTER, BOTTOM, TOP, *CHAMBERS)])
+    faces, count = np.unique(np.sort(element_faces(mesh), axis=1), axis=0, return_counts=True)
+    np.testing.assert_array_equal(np.unique(np.sort(named, axis=1), axis=0), faces[count == 1])
+    assert len(named) == np.sum(count == 1)
+    # Neighbours share whole faces.
+    assert count.max() == 2
 
 
 def test_boundaries_lie_where_their_names_say(mesh):
     np.testing.assert_allclose(radii(mesh, CAVITY), 1.0, atol=1e-7)
     np.testing.assert_allclose(radii(mesh, OUTER), 6.0, atol=1e-7)
     for name, z in ((BOTTOM, 0.0), (TOP, LENGTH)):
-        np.testing.assert_allclose(mesh.p[2, np.unique(mesh.facets[:, mesh.boundaries[name]])], z, atol=1e-9)
+        np.testing.assert_allclose(mesh.points[mesh.nodes(name), 2], z, atol=1e-9)
     for k, name in enumerate(CHAMBERS):
         assert radii(mesh, name).min() == pytest.approx(2.5, abs=1e-7)
         assert radii(mesh, name).max() == pytest.approx(5.0, abs=1e-7)
         # A chamber's wall is symmetric about its centre.
-        centre = mesh.p[:, np.unique(mesh.facets[:, mesh.boundaries[name]])].mean(axis=1)
+        centre = mesh.points[mesh.nodes(name)].mean(axis=0)
         azimuth = np.rad2deg(np.arctan2(centre[1], centre[0]))
         assert azimuth % 360.0 == pytest.approx(120.0 * k, abs=1e-3) or abs(azimuth) < 1e-3
     # Both end faces have the same area.
-    assert area(mesh, TOP) == pytest.approx(area(mesh, BOTTOM), rel=1e-12)
+    area = [mesh.nodal_areas(name).sum() for name in (TOP, BOTTOM)]
+    assert area[0] == pytest.approx(area[1], rel=1e-12)
 
 
 def test_a_layer_of_nodes_lies_on_the_windings_cylinder(mesh):
-    on_cylinder = np.isclose(np.hypot(*mesh.p[:2]), 5.6, atol=1e-6)
-    assert on_cylinder.sum() == TINY.around * (round(LENGTH / TINY.axial_size) + 1)
+    on_cylinder = np.isclose(np.hypot(*mesh.points[:, :2].T), 5.6, atol=1e-6)
+    level = dataclasses.replace(TINY, order=mesh.order)
+    assert on_cylinder.sum() == level.around * (mesh.order * round(LENGTH / TINY.axial_size) + 1)
 
 
 def test_the_section_is_mirror_symmetric_about_chamber_1(mesh):
-    points = mesh.p[:2, mesh.p[2] < 1e-9].T
+    points = mesh.points[mesh.points[:, 2] < 1e-9, :2]
     mirrored = points * [1.0, -1.0]
     distance = np.linalg.norm(points[:, None] - mirrored, axis=2).min(axis=1)
     # gmsh places nodes on arcs to about 1e-8 mm.
     assert distance.max() <= 1e-6
 
 
+@pytest.mark.parametrize("order", [1, 2])
+def test_the_cap_is_solid_but_for_the_cavity(order):
+    """Its volume is that of the filled section, of whichever order, times its length."""
+    geometry = ActuatorGeometry(body_length=3e-3, cap_length=1.5e-3)
+    mesh = actuator_mesh(geometry, dataclasses.replace(TINY, order=order))
+    bottom, top = (mesh.nodal_areas(name).sum() for name in (BOTTOM, TOP))
+    assert volume(mesh) == pytest.approx(3.0 * bottom + 1.5 * top, rel=1e-12)
+    ceilings = 0.0
+    for name in CHAMBERS:
+        facets = mesh.facets[name]
+        flat = facets[np.ptp(mesh.points[facets, 2], axis=1) < 1e-9]
+        np.testing.assert_allclose(mesh.points[flat, 2], 3.0, atol=1e-9)
+        ceilings += BodyMesh(mesh.points, mesh.elements, {name: flat}).nodal_areas(name).sum()
+    assert top == pytest.approx(bottom + ceilings, rel=1e-12)
+
+
 def test_a_mesh_whose_ends_do_not_match_has_no_helical_map(mesh):
-    points = mesh.p.copy()
-    top = np.flatnonzero(points[2] > LENGTH - 1e-9)
-    points[0, top] += 1e-3
-    moved = skfem.MeshHex(points, mesh.t).with_boundaries(mesh.boundaries)
+    points = mesh.points.copy()
+    points[mesh.nodes(TOP), 0] += 1e-3
     with pytest.raises(ValueError, match=r"^mesh: top and bottom faces differ by 0.001 mm"):
-        HelicalMap(moved)
+        HelicalMap(dataclasses.replace(mesh, points=points))

@@ -1,78 +1,18 @@
-"""Newton's method on problems of a few unknowns: line search, damping, branches, reach and failure."""
-
-from collections.abc import Callable
-from dataclasses import dataclass
+"""Newton's method on problems of a few unknowns: line search, branches, kept stiffness, reach and failure."""
 
 import numpy as np
 import pytest
 
 from fem_reference import newton
-from fem_reference.assembly import SparsePattern
 from fem_reference.linear_solver import PardisoSolver
-from fem_reference.newton import Linearisation, NewtonError, Problem, solve_equilibrium
+from fem_reference.newton import Equilibrium, NewtonError, UnstableError, solve_equilibrium
+from tests.diagonal_problem import Diagonal, Push, double_well
 
 
-@dataclass(frozen=True)
-class Move:
-    positions: np.ndarray
-
-
-class Diagonal(Problem):
-    """Uncoupled unknowns, each with its own force and stiffness under a load."""
-
-    constraints = 0
-    noise = 0.0
-
-    def __init__(self, force: Callable, stiffness: Callable, unknowns: int, reach: float) -> None:
-        none = np.empty(0, np.int64)
-        self.pattern = SparsePattern(unknowns, [np.arange(unknowns)[:, None]], (none, none))
-        self.reach = reach
-        self._force, self._stiffness = force, stiffness
-        self.longest_step = 0.0
-
-    def begin(self, start, target):
-        return start
-
-    def linearise(self, at, target):
-        return Linearisation(self._force(at) - target, self._stiffness(at), walls_touch=False)
-
-    def convex_walls(self, linear):
-        return linear.data
-
-    def imbalance(self, linear, target):
-        return 0.0
-
-    def newton_step(self, solver, linear, target):
-        return Move(solver.solve(-linear.residual[:, None])[:, 0])
-
-    def size(self, step, linear):
-        return float(np.sqrt(np.mean(step.positions**2)))
-
-    def is_small(self, step):
-        return True
-
-    def longest(self, step):
-        return 1.0
-
-    def advance(self, at, step, fraction, linear):
-        self.longest_step = max(self.longest_step, fraction * self.size(step, linear))
-        return at + fraction * step.positions
-
-    def allowed(self, linear, trial):
-        return 1.0
-
-    def mean(self, states, weights):
-        return sum(w * s for w, s in zip(weights, states, strict=True))
-
-    def may_start(self, at, guess):
-        return True
-
-
-def solve(problem: Diagonal, load: float, start: float, inertia: int = 0):
+def solve(problem: Diagonal, load: float, start: float, inertia: int = 0, **arguments) -> Equilibrium:
     unknowns = problem.pattern.size
-    return solve_equilibrium(
-        problem, PardisoSolver(), np.full(unknowns, load), np.full(unknowns, start), inertia
-    )
+    target = Push(np.full(unknowns, load))
+    return solve_equilibrium(problem, PardisoSolver(), target, np.full(unknowns, start), inertia, **arguments)
 
 
 def test_steps_that_grow_are_halved():
@@ -83,18 +23,30 @@ def test_steps_that_grow_are_halved():
     assert found.excess_negative == 0
 
 
-@pytest.mark.parametrize(("start", "end"), [(0.1, 1.0), (-0.2, -1.0)])
-def test_an_indefinite_matrix_is_left_downhill(start, end):
-    """The double well (x² − 1)²/4: Newton's own step from near zero would go to the maximum there."""
-    well = Diagonal(lambda x: x**3 - x, lambda x: 3.0 * x**2 - 1.0, 2, reach=0.5)
-    found = solve(well, 0.0, start)
-    np.testing.assert_allclose(found.configuration, end, atol=1e-9)
+@pytest.mark.parametrize("start", [0.5, -0.5])
+def test_an_indefinite_matrix_is_damped_and_left_downhill(start):
+    """Newton's own step from −0.25 N/mm would go to the double well's middle, the maximum."""
+    found = solve(double_well(2), 0.0, start)
+    np.testing.assert_allclose(found.configuration, np.sign(start), atol=1e-9)
     assert found.excess_negative == 0
 
 
+@pytest.mark.parametrize("start", [0.01, -0.02])
+def test_a_matrix_that_stays_indefinite_is_refused(start):
+    """From so near the maximum a few damped steps do not lead away."""
+    with pytest.raises(UnstableError, match="2 negative eigenvalues more than the branch"):
+        solve(double_well(2), 0.0, start)
+
+
+def test_a_maximum_is_told_where_it_is_the_start():
+    """There is no force, so that nothing leads away: the inertia says what it is."""
+    found = solve(double_well(2), 0.0, 0.0)
+    assert found.iterations == 0
+    assert found.excess_negative == 2
+
+
 def test_a_branch_of_saddles_is_followed_where_it_is_asked_for():
-    well = Diagonal(lambda x: x**3 - x, lambda x: 3.0 * x**2 - 1.0, 1, reach=0.5)
-    found = solve(well, 0.01, 0.1, inertia=1)
+    found = solve(double_well(), 0.01, 0.1, inertia=1)
     # x³ − x = 0.01 next to zero: x = −0.01 − 10⁻⁶ + ...
     assert found.configuration[0] == pytest.approx(-0.010001, abs=1e-8)
     assert found.excess_negative == 1
@@ -118,3 +70,28 @@ def test_a_force_that_is_not_finite_is_told():
     broken = Diagonal(lambda x: np.full_like(x, np.nan), np.ones_like, 1, reach=1.0)
     with pytest.raises(NewtonError, match="not finite at iteration 0"):
         solve(broken, 0.0, 0.0)
+
+
+def hardening(nearby: float, exact: bool) -> Diagonal:
+    """A spring of the force sinh x: two newtons are at arsinh 2."""
+    problem = Diagonal(np.sinh, np.cosh, 2, reach=20.0)
+    problem.nearby, problem.exact = nearby, exact
+    return problem
+
+
+@pytest.mark.parametrize("exact", [True, False])
+def test_near_the_equilibrium_the_stiffness_is_kept(exact):
+    plain, keeping = hardening(0.0, True), hardening(0.03, exact)
+    answers = [solve(problem, 2.0, 0.0) for problem in (plain, keeping)]
+    for found in answers:
+        # The tolerance is 1e-9 N, on a spring of √5 N/mm.
+        np.testing.assert_allclose(found.configuration, np.arcsinh(2.0), rtol=0, atol=1e-9)
+        np.testing.assert_allclose(found.linear.residual, np.sinh(found.configuration) - 2.0, atol=1e-15)
+    # Where its own stiffness is asked for, the last one is made anew.
+    assert keeping.stiffnesses <= plain.stiffnesses - (not exact)
+    own = np.cosh(answers[1].configuration)
+    if exact:
+        np.testing.assert_array_equal(answers[1].linear.data, own)
+    else:
+        # That of the place before the kept steps, 0.03 mm away at most, where it changes by sinh x = 2 N/mm².
+        assert 0.0 < np.abs(answers[1].linear.data - own).max() <= 2.1 * 0.03

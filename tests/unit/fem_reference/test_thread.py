@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fem_reference import DoubleHelix, NoWinding, Ring, Thread
+from fem_reference.mesh import BodyMesh
 from fem_reference.thread import ThreadSegments
 from fem_reference.winding import COUPLINGS
 from tests.fem_fixtures import (
@@ -14,20 +15,26 @@ from tests.fem_fixtures import (
     difference,
     relative_error,
     times,
+    tiny_equations,
 )
 
 RADIUS, PITCH = 5.6, 3.0
 
 
+@pytest.fixture(scope="module", params=[1, 2], ids=["linear", "quadratic"])
+def mesh(request) -> BodyMesh:
+    return tiny_equations(request.param).mesh
+
+
 @pytest.fixture(scope="module", params=COUPLINGS)
-def thread(equations, request) -> ThreadSegments:
+def thread(mesh, request) -> ThreadSegments:
     coupled = Thread(coupling=request.param)
-    return ThreadSegments(equations.mesh, DoubleHelix(), coupled, RADIUS * 1e-3, PITCH * 1e-3, TINY.around)
+    return ThreadSegments(mesh, DoubleHelix(), coupled, RADIUS * 1e-3, PITCH * 1e-3, TINY.around)
 
 
 @pytest.fixture(scope="module")
-def rest(equations) -> np.ndarray:
-    return equations.mesh.p.T
+def rest(mesh) -> np.ndarray:
+    return mesh.points
 
 
 def test_the_axial_stiffness_is_771_newtons():
@@ -63,28 +70,29 @@ def test_rest_lengths_add_up_to_the_helix_from_below_at_second_order(equations):
 
 def test_a_turned_winding_starts_at_its_orientation(equations):
     turned = ThreadSegments(equations.mesh, DoubleHelix(psi=0.4), Thread(), RADIUS * 1e-3, PITCH * 1e-3, 18)
-    starts = [turned.points(equations.mesh.p.T)[line[0]] for line in turned.polylines]
+    starts = [turned.points(equations.mesh.points)[line[0]] for line in turned.polylines]
     for start in starts:
         np.testing.assert_allclose(start[:2], RADIUS * np.array([np.cos(0.4), np.sin(0.4)]), atol=2e-9)
 
 
-def test_a_ring_is_a_closed_chain(equations):
+@pytest.mark.parametrize("coupling", COUPLINGS)
+def test_a_ring_is_a_closed_chain(mesh, rest, coupling):
     """Its last point moves with the first, and pushed outwards it is stretched alike all round."""
-    length = equations.period * 1e-3
-    ring = ThreadSegments(equations.mesh, Ring(length), Thread(), RADIUS * 1e-3, length, 18)
+    length = PITCH * 1e-3
+    ring = ThreadSegments(mesh, Ring(length), Thread(coupling=coupling), RADIUS * 1e-3, length, 18)
     (line,) = ring.polylines
     assert len(ring) == 18
     np.testing.assert_array_equal(ring.segments, np.column_stack([line[:-1], line[1:]]))
-    moved = deformed(equations.mesh.p / 6.0) * 6.0
+    moved = deformed(rest / 6.0) * 6.0
     np.testing.assert_array_equal(ring.points(moved)[line[0]], ring.points(moved)[line[-1]])
     assert ring.rest_length.sum() == pytest.approx(18 * 2.0 * RADIUS * np.sin(np.pi / 18), rel=1e-9)
     np.testing.assert_allclose(
-        ring.tension(equations.mesh.p.T * [1.01, 1.01, 0.9]), 0.01 * Thread().axial_stiffness, rtol=1e-9
+        ring.tension(rest * [1.01, 1.01, 0.9]), 0.01 * Thread().axial_stiffness, rtol=1e-9
     )
 
 
-def test_without_winding_there_are_no_segments(equations, rest):
-    none = ThreadSegments(equations.mesh, NoWinding(), Thread(), RADIUS * 1e-3, PITCH * 1e-3, 18)
+def test_without_winding_there_are_no_segments(mesh, rest):
+    none = ThreadSegments(mesh, NoWinding(), Thread(), RADIUS * 1e-3, PITCH * 1e-3, 18)
     assert len(none) == 0
     assert none.energy(rest) == 0.0
     assert [part.shape for part in none.response(rest)] == [(0, 48), (0, 48, 48), (0, 48)]
@@ -127,7 +135,7 @@ STEP = 1e-4
 
 @pytest.fixture(scope="module")
 def x(rest) -> np.ndarray:
-    return deformed(rest.T / 6.0) * 6.0
+    return deformed(rest / 6.0) * 6.0
 
 
 @pytest.fixture(scope="module")

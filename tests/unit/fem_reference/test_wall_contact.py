@@ -15,7 +15,7 @@ def walls(equations) -> WallContact:
 
 @pytest.fixture(scope="module")
 def rest(equations) -> np.ndarray:
-    return equations.mesh.p.T
+    return equations.mesh.points
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +92,7 @@ def test_the_energy_grows_as_the_walls_close(walls, rest):
 
 def with_inner_arc_moved(equations, by: float) -> np.ndarray:
     """The inner arc of chamber 1 moved outwards, along x."""
-    rest = equations.mesh.p.T
+    rest = equations.mesh.points
     nodes = np.unique(equations.chambers[0].quads)
     inner = nodes[np.hypot(*rest[nodes, :2].T) < 2.5 + 1e-6]
     moved = rest.copy()

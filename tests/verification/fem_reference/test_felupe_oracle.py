@@ -2,7 +2,7 @@
 
 `SolidBodyNearlyIncompressible` holds one pressure and one dilatation an element, condensed: its internal
 force is ∫ ∂ψ/∂F : δF + κ (v/V − 1) ∂v/∂u, and its stiffness, with the pressure that belongs to the
-deformation, the derivative of that. This is mean dilatation, algebraically the same as `SolidElements`.
+deformation, the derivative of that. This is mean dilatation, algebraically that of linear `SolidElements`.
 Kinematics, quadrature, the neo-Hookean solid and the assembly are felupe's own; Ogden's solid, which felupe
 has only with one more package, is given to it as its energy in JAX, differentiated automatically.
 """
@@ -19,23 +19,16 @@ from fem_reference.solid import SolidElements
 from tests.fem_fixtures import assemble, deformed, distorted_block, relative_error
 
 BULK = 100.0
-# felupe counts a hexahedron's corners around its bottom and then its top face. scikit-fem's tensor meshes are
-# left-handed in their reference coordinates, so that bottom and top change places.
-CORNERS = ((0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1), (0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0))
-
-
-def felupe_cells(mesh) -> np.ndarray:
-    """Connectivity in felupe's order, found by scikit-fem's own list of reference corners."""
-    reference = [tuple(int(c) for c in corner) for corner in mesh.elem.doflocs]
-    return mesh.t.T[:, [reference.index(corner) for corner in CORNERS]]
+# felupe counts a hexahedron's corners around its bottom and then its top face; ours are in tensor order.
+CORNERS = [0, 1, 3, 2, 4, 5, 7, 6]
 
 
 def oracle(mesh, x, material) -> tuple[np.ndarray, np.ndarray]:
     """Force (nodes, 3) and stiffness (dofs, dofs) of felupe at positions ``x``."""
-    region = felupe.RegionHexahedron(felupe.Mesh(mesh.p.T, felupe_cells(mesh), "hexahedron"))
+    region = felupe.RegionHexahedron(felupe.Mesh(mesh.points, mesh.elements[:, CORNERS], "hexahedron"))
     field = felupe.FieldContainer([felupe.Field(region, dim=3)])
     solid = felupe.SolidBodyNearlyIncompressible(material, field, bulk=BULK)
-    field[0].values[:] = x - mesh.p.T
+    field[0].values[:] = x - mesh.points
     # The first evaluation carries the element pressures along a linearised step; from the second on they
     # belong to x.
     solid.assemble.vector(field)
@@ -59,7 +52,7 @@ def mesh():
 
 @pytest.fixture(scope="module")
 def x(mesh) -> np.ndarray:
-    return deformed(mesh.p)
+    return deformed(mesh.points)
 
 
 def test_the_neo_hookean_block_is_felupes(mesh, x):

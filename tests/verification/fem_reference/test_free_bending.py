@@ -20,7 +20,7 @@ def test_without_load_the_cell_stays_as_it_is(cell):
     assert rest.stable
     # The rod's barrier presses with 0.6 kPa on a cavity that the winding does not hold alike all round.
     np.testing.assert_allclose(rest.curvature, 0.0, rtol=0, atol=1e-4)
-    mesh, period = cell.equations.mesh.p.T, cell.equations.period
+    mesh, period = cell.equations.mesh.points, cell.equations.period
     undeformed = [chamber.volume(mesh) / period for chamber in cell.equations.chambers]
     # 0.6 kPa on the cavity, through a stiff inner wall; 5 kPa in a chamber itself make it grow by a tenth.
     np.testing.assert_allclose(rest.volume * 1e6, undeformed, rtol=5e-4)

@@ -14,6 +14,7 @@ from fem_reference import (
     PeriodCell,
     Ring,
     SixHelix,
+    Thread,
     Winding,
     follow,
 )
@@ -73,8 +74,13 @@ def test_a_turn_of_the_winding_by_a_chamber_renumbers_the_chambers(kind):
     assert after.energy == pytest.approx(before.energy, rel=MESH)
 
 
-def test_a_third_of_a_pitch_is_enough_of_six_helices():
-    """The cell of a whole pitch, of the same mesh and threads, has the same state in each of its thirds."""
+@pytest.mark.parametrize(("coupling", "most"), [("axis", MESH), ("circumference", 3e-3)])
+def test_a_third_of_a_pitch_is_enough_of_six_helices(coupling, most):
+    """The cell of a whole pitch, of the same mesh and threads, has the same state in each of its thirds.
+
+    Threads coupled over their circumference reach past the cell's ends by their radius, where there are no
+    hosts: points on these ends have them on one side only. With elements of 0.5 mm that moves u by 0.23 %.
+    """
 
     class WholePitch(SixHelix):
         @property
@@ -82,11 +88,14 @@ def test_a_third_of_a_pitch_is_enough_of_six_helices():
             return self.pitch
 
     level = MeshLevel(2, 4, 2, 2, 1, 1, 1, 0.5)
-    short, long = (cell_of(kind(), level).solve(in_chamber(0, 10e3)) for kind in (SixHelix, WholePitch))
-    assert relative_error(long.curvature, short.curvature) <= MESH
-    np.testing.assert_allclose(long.volume, short.volume, rtol=MESH)
-    assert long.energy == pytest.approx(short.energy, rel=MESH)
-    assert relative_error(long.hessian, short.hessian) <= MESH
+    short, long = (
+        PeriodCell(winding=kind(), level=level, thread=Thread(coupling=coupling)).solve(in_chamber(0, 10e3))
+        for kind in (SixHelix, WholePitch)
+    )
+    assert relative_error(long.curvature, short.curvature) <= most
+    np.testing.assert_allclose(long.volume, short.volume, rtol=most)
+    assert long.energy == pytest.approx(short.energy, rel=most)
+    assert relative_error(long.hessian, short.hessian) <= most
 
 
 def test_the_bare_body_balloons_where_a_thread_holds_it():

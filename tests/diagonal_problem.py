@@ -1,0 +1,129 @@
+"""Springs beside each other under loads, as a problem for Newton's method, creep and the path follower."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fem_reference.assembly import SparsePattern
+from fem_reference.newton import Linearisation, Problem
+
+
+@dataclass(frozen=True)
+class Move:
+    positions: np.ndarray
+
+
+@dataclass(frozen=True)
+class Push:
+    """Force on every spring [N]; a path's steps are of 0.1 N."""
+
+    pressure: np.ndarray
+
+    def between(self, other: "Push", fraction: float) -> "Push":
+        return Push(self.pressure + fraction * (other.pressure - self.pressure))
+
+    def to(self, other: "Push") -> np.ndarray:
+        return (other.pressure - self.pressure) / 0.1
+
+
+@dataclass(frozen=True)
+class Resistance:
+    """Viscous resistance of every spring to leaving a place."""
+
+    origin: np.ndarray
+    rate: float
+
+    def times(self, factor: float) -> "Resistance":
+        return Resistance(self.origin, factor * self.rate)
+
+
+class Diagonal(Problem):
+    """Uncoupled unknowns, each with its own force and stiffness under a load.
+
+    Their viscous resistance to leaving a place is ``rate`` times a spring of 1 N/mm.
+    """
+
+    constraints = 0
+    noise = 0.0
+    nearby = 0.0
+    exact = True
+
+    def __init__(self, force: Callable, stiffness: Callable, unknowns: int, reach: float) -> None:
+        none = np.empty(0, np.int64)
+        self.pattern = SparsePattern(unknowns, [np.arange(unknowns)[:, None]], (none, none))
+        self.reach = reach
+        self._force, self._stiffness = force, stiffness
+        self.longest_step = 0.0
+        self.stiffnesses = 0
+
+    def begin(self, start, target):
+        return start
+
+    def linearise(self, at, target, viscous=None):
+        self.stiffnesses += 1
+        rate = 0.0 if viscous is None else viscous.rate
+        linear = Linearisation(np.empty(0), self._stiffness(at) + rate, walls_touch=False)
+        return self.renewed(linear, at, target, viscous)
+
+    def renewed(self, linear, at, target, viscous=None):
+        residual = self._force(at) - target.pressure
+        if viscous is not None:
+            residual = residual + viscous.rate * (at - viscous.origin)
+        return replace(linear, residual=residual)
+
+    def convex_walls(self, linear):
+        return linear.data
+
+    def viscous(self, at, rate):
+        return Resistance(at, rate)
+
+    def stiffened(self, data, resistance, linear):
+        return data + resistance.rate
+
+    def imbalance(self, linear, target):
+        return 0.0
+
+    def newton_step(self, solver, linear, target):
+        return Move(solver.solve(-linear.residual[:, None])[:, 0])
+
+    def size(self, step, linear):
+        return float(np.sqrt(np.mean(step.positions**2)))
+
+    def is_small(self, step):
+        return True
+
+    def longest(self, step):
+        return 1.0
+
+    def advance(self, at, step, fraction, linear):
+        self.longest_step = max(self.longest_step, fraction * self.size(step, linear))
+        return at + fraction * step.positions
+
+    def allowed(self, linear, trial):
+        return 1.0
+
+    def mean(self, states, weights):
+        return sum(w * s for w, s in zip(weights, states, strict=True))
+
+    def may_start(self, at, guess):
+        return True
+
+
+def double_well(unknowns: int = 1, reach: float = 0.5) -> Diagonal:
+    """Springs with the energy (x² − 1)²/4: minima at ±1, and between them a maximum at zero.
+
+    Under a force f they are where x³ − x = f. The minimum left of zero ends in a fold at x = −1/√3, under a
+    force of 2/(3√3) = 0.3849 N.
+    """
+    return Diagonal(lambda x: x**3 - x, lambda x: 3.0 * x**2 - 1.0, unknowns, reach)
+
+
+FOLD = 2.0 / (3.0 * np.sqrt(3.0))
+
+
+def well_minimum(force: float, side: float) -> float:
+    """Where a double well's spring lies under a force, right (1) or left (−1) of the middle."""
+    roots = np.roots([1.0, 0.0, -1.0, -force])
+    real = roots[np.abs(roots.imag) < 1e-9].real
+    return float(real[np.argmax(side * real)])

@@ -1,0 +1,82 @@
+"""Creep on springs with known potentials: downhill from a maximum, to rest or to a reason why not."""
+
+import numpy as np
+import pytest
+
+from fem_reference import creep as creep_module
+from fem_reference.creep import creep
+from fem_reference.linear_solver import PardisoSolver
+from fem_reference.newton import Equilibrium, NewtonError, UnstableError, solve_equilibrium
+from tests.diagonal_problem import FOLD, Diagonal, Push, double_well, well_minimum
+
+
+def crept(problem: Diagonal, load: float, start: np.ndarray) -> Equilibrium:
+    return creep(problem, PardisoSolver(), Push(np.full(len(start), load)), start)
+
+
+# Forces of 1e-9 N are left, on a spring of 2 N/mm at a well's bottom.
+SETTLED = 1e-9
+
+
+@pytest.mark.parametrize("load", [0.0, 0.1, -0.2])
+@pytest.mark.parametrize(("away", "side"), [(0.05, 1.0), (-0.05, -1.0), (0.3, 1.0), (-0.3, -1.0)])
+def test_an_unstable_state_is_left_downhill_on_its_own_side(away, side, load):
+    """Under a load f the maximum lies near −f; where it is left for decides the minimum."""
+    middle = float(np.median(np.roots([1.0, 0.0, -1.0, -load]).real))
+    problem, start = double_well(), np.array([middle + away])
+    found = crept(problem, load, start)
+    np.testing.assert_allclose(found.configuration, well_minimum(load, side), rtol=0, atol=SETTLED)
+    assert found.excess_negative == 0
+    # The last step is free of viscosity.
+    assert found.residual <= 1e-9
+    np.testing.assert_allclose(found.linear.data, 3.0 * found.configuration**2 - 1.0, rtol=1e-12)
+
+
+def test_every_unknown_goes_its_own_way():
+    start = np.array([0.05, -0.05, 0.4, -1.3])
+    found = crept(double_well(4), 0.0, start)
+    np.testing.assert_allclose(found.configuration, np.sign(start), rtol=0, atol=SETTLED)
+
+
+def test_the_fold_of_a_lost_equilibrium_is_crossed():
+    """Beyond 0.3849 N there is nothing left of zero to rest at."""
+    load = 1.05 * FOLD
+    found = crept(double_well(reach=0.1), load, np.array([-1.0 / np.sqrt(3.0)]))
+    np.testing.assert_allclose(found.configuration, well_minimum(load, 1.0), rtol=0, atol=SETTLED)
+
+
+def test_a_body_at_rest_stays():
+    found = crept(double_well(), 0.0, np.array([-1.0]))
+    np.testing.assert_allclose(found.configuration, -1.0, rtol=0, atol=SETTLED)
+
+
+def test_a_step_of_creep_is_one_of_backward_euler():
+    """On a unit spring under a unit load the step from zero at the rate r ends at 1/(1 + r)."""
+    spring, target = Diagonal(lambda x: x, np.ones_like, 1, reach=1.0), Push(np.ones(1))
+    for rate in (0.25, 1.0, 4.0):
+        resistance = spring.viscous(np.zeros(1), rate)
+        found = solve_equilibrium(spring, PardisoSolver(), target, np.zeros(1), viscous=resistance)
+        np.testing.assert_allclose(found.configuration, 1.0 / (1.0 + rate), rtol=1e-14)
+
+
+def test_a_step_in_time_may_not_be_longer_than_the_reach():
+    spring, target = Diagonal(lambda x: x, np.ones_like, 1, reach=0.25), Push(np.ones(1))
+    resistance = spring.viscous(np.zeros(1), 1.0)
+    with pytest.raises(NewtonError, match=r"^the step in time would be one of 5\.0e-01 mm"):
+        solve_equilibrium(spring, PardisoSolver(), target, np.zeros(1), viscous=resistance)
+
+
+def test_without_a_minimum_there_is_no_rest(monkeypatch):
+    """A constant force, on nothing: every step goes on, and without viscosity the matrix is singular."""
+    free = Diagonal(np.zeros_like, np.zeros_like, 1, reach=1.0)
+    monkeypatch.setattr(creep_module, "_MAX_STEPS", 20)
+    with pytest.raises(NewtonError, match=r"does not creep to rest in 20 steps; the last failure: \w+"):
+        crept(free, 0.1, np.zeros(1))
+
+
+def test_steps_that_fail_at_any_length_are_given_up():
+    """The energy −5·10⁵ x² N/mm falls faster than viscosity is added, of 10³ N/mm at most."""
+    blown = Diagonal(lambda x: -1e6 * x, lambda x: np.full_like(x, -1e6), 1, reach=1.0)
+    with pytest.raises(NewtonError, match=r"in \d steps; .* negative eigenvalues more than") as caught:
+        crept(blown, 0.0, np.ones(1))
+    assert not isinstance(caught.value, UnstableError)

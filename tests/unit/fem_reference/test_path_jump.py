@@ -1,0 +1,97 @@
+"""Following loads past a fold: what lost its equilibrium creeps to the next one, and the path goes on."""
+
+import numpy as np
+import pytest
+
+from fem_reference import path
+from fem_reference.creep import creep
+from fem_reference.linear_solver import PardisoSolver
+from fem_reference.newton import solve_equilibrium
+from fem_reference.path import PathError, PathFollower
+from tests.diagonal_problem import FOLD, Diagonal, Push, double_well, well_minimum
+
+# Forces of 1e-9 N are left; a spring at the loads below has at least 0.2 N/mm.
+SETTLED = 1e-8
+
+
+class Jumps:
+    """The path's own creep, with a record of the loads that it was called for."""
+
+    def __init__(self) -> None:
+        self.loads: list[float] = []
+
+    def __call__(self, problem, solver, target, start):
+        self.loads.append(float(target.pressure[0]))
+        return creep(problem, solver, target, start)
+
+
+@pytest.fixture
+def jumps(monkeypatch) -> Jumps:
+    record = Jumps()
+    monkeypatch.setattr(path, "creep", record)
+    return record
+
+
+def follower(problem: Diagonal, start: float) -> PathFollower:
+    """At the unloaded equilibrium that is found from ``start``."""
+    solver, unloaded = PardisoSolver(), Push(np.zeros(problem.pattern.size))
+    at = solve_equilibrium(problem, solver, unloaded, np.full(problem.pattern.size, start))
+    return PathFollower(problem, solver, at, unloaded)
+
+
+def test_up_to_the_fold_the_near_branch_is_followed(jumps):
+    along = follower(double_well(reach=0.1), -1.0)
+    for share in (0.3, 0.6, 0.9, 0.98):
+        found = along.follow(Push(np.full(1, share * FOLD)))
+        np.testing.assert_allclose(
+            found.configuration, well_minimum(share * FOLD, -1.0), rtol=0, atol=SETTLED
+        )
+        assert found.excess_negative == 0
+    assert jumps.loads == []
+
+
+def test_beyond_the_fold_the_path_jumps_to_the_far_branch_and_goes_on(jumps):
+    along = follower(double_well(reach=0.1), -1.0)
+    for load in (0.3, 0.5, 0.7):
+        found = along.follow(Push(np.full(1, load)))
+        side = -1.0 if load < FOLD else 1.0
+        np.testing.assert_allclose(found.configuration, well_minimum(load, side), rtol=0, atol=SETTLED)
+        assert found.excess_negative == 0
+    # Once, for a load beyond the fold, and no farther beyond than a step.
+    (load,) = jumps.loads
+    assert FOLD < load <= 0.5
+
+
+def test_on_the_way_back_the_far_branch_is_kept_to_its_own_fold(jumps):
+    """The cycle's two folds are at ±0.3849 N: a spring that snapped stays on its side to the lower one."""
+    along = follower(double_well(reach=0.1), -1.0)
+    ends = [float(along.follow(Push(np.full(1, load))).configuration[0]) for load in (0.5, 0.0, -0.3, -0.5)]
+    expected = [well_minimum(load, side) for load, side in ((0.5, 1), (0.0, 1), (-0.3, 1), (-0.5, -1))]
+    np.testing.assert_allclose(ends, expected, rtol=0, atol=SETTLED)
+    assert len(jumps.loads) == 2
+
+
+def test_springs_that_do_not_snap_are_taken_along(jumps):
+    """One snaps; the other, twice as strong, has its fold at twice the force."""
+    strength = np.array([1.0, 2.0])
+    pair = Diagonal(lambda x: strength * (x**3 - x), lambda x: strength * (3.0 * x**2 - 1.0), 2, reach=0.1)
+    found = follower(pair, -1.0).follow(Push(np.full(2, 0.5)))
+    expected = [well_minimum(0.5, 1.0), well_minimum(0.25, -1.0)]
+    np.testing.assert_allclose(found.configuration, expected, rtol=0, atol=SETTLED)
+    assert len(jumps.loads) == 1
+
+
+def test_a_fold_with_nothing_beyond_it_ends_the_path(jumps):
+    """x − x³/3 carries 2/3 N and not more: there is no branch to jump to."""
+    along = follower(Diagonal(lambda x: x - x**3 / 3.0, lambda x: 1.0 - x**2, 1, reach=0.1), 0.0)
+    with pytest.raises(
+        PathError, match=r"^stopped at pressures \[6\d\d\.?\d*\] kPa, where steps down to"
+    ) as caught:
+        along.follow(Push(np.ones(1)))
+    last = float(caught.value.target.pressure[0])
+    assert 0.6 < last <= 2.0 / 3.0
+    roots = np.roots([-1.0 / 3.0, 0.0, 1.0, -last])
+    # The stiffness falls to √(4/3 · (2/3 − f)) near the fold, 0.1 N/mm at 1e-2 N from it.
+    assert np.abs(roots - caught.value.last.configuration[0]).min() <= 1e-6
+    assert jumps.loads
+    assert min(jumps.loads) > 2.0 / 3.0

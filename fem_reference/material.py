@@ -9,6 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from fem_reference.symmetric_eigen import symmetric_eigen
+
+_PAIRS = ((0, 1), (1, 2), (2, 0))
+
 
 @dataclass(frozen=True)
 class Ogden:
@@ -58,7 +62,7 @@ def isochoric_energy(
 ) -> Float[np.ndarray, "*batch"]:
     """Isochoric strain energy per reference volume, in ``unit`` pascals (1e6 gives MPa)."""
     F = deformation_gradient
-    squared, _ = np.linalg.eigh(np.swapaxes(F, -1, -2) @ F)
+    squared, _ = symmetric_eigen(np.swapaxes(F, -1, -2) @ F)
     strain = 0.5 * np.log(squared)
     strain -= strain.mean(axis=-1, keepdims=True)
     energy = np.zeros(F.shape[:-2])
@@ -82,7 +86,7 @@ def isochoric_stress(
 
 def _principal(F: Float[np.ndarray, "*batch 3 3"]) -> tuple[np.ndarray, ...]:
     """Squared stretches, stretches, principal directions after and before, and deviatoric log strains."""
-    squared, N = np.linalg.eigh(np.swapaxes(F, -1, -2) @ F)
+    squared, N = symmetric_eigen(np.swapaxes(F, -1, -2) @ F)
     stretch = np.sqrt(squared)
     strain = np.log(stretch)
     return squared, stretch, (F @ N) / stretch[..., None, :], N, strain - strain.mean(axis=-1, keepdims=True)
@@ -109,43 +113,40 @@ def isochoric_response(
     tangent : ∂P_iJ/∂F_kL as a symmetric matrix over the row-major pairs (iJ), (kL).
     """
     squared, stretch, n, N, deviatoric = _principal(deformation_gradient)
-    strain = np.log(stretch)
     batch = stretch.shape[:-1]
+    # Components first, points last: NumPy's inner loops then run over the points.
+    lam, square, dev = (np.ascontiguousarray(a.reshape(-1, 3).T) for a in (stretch, squared, deviatoric))
+    strain = np.log(lam)
+    first, second = np.array(_PAIRS).T
+    gap, total = strain[first] - strain[second], strain[first] + strain[second]
+    level = dev[first] + dev[second]
 
-    kirchhoff = np.zeros((*batch, 3))
-    moduli = np.zeros((*batch, 3, 3))  # ∂τ_i/∂(ln λ_j)
-    pairs = ((0, 1), (1, 2), (2, 0))
-    ratio = np.zeros((*batch, 3))  # (τ_i − τ_j)/(λ_i² − λ_j²) for each pair
+    kirchhoff, own, mutual, ratio = (np.zeros(lam.shape) for _ in range(4))
     for mu, alpha in zip(material.shear_moduli, material.exponents, strict=True):
         mu = mu / unit
-        power = np.exp(alpha * deviatoric)
-        mean = power.mean(axis=-1, keepdims=True)
+        power = np.exp(alpha * dev)
+        mean = power.mean(axis=0)
         kirchhoff += 2.0 * mu / alpha * (power - mean)
-        third = power / 3.0
-        moduli -= 2.0 * mu * (third[..., :, None] + third[..., None, :] - mean[..., None] / 3.0)
-        for i in range(3):
-            moduli[..., i, i] += 2.0 * mu * power[..., i]
-        for k, (i, j) in enumerate(pairs):
-            gap = strain[..., i] - strain[..., j]
-            centre = np.exp(
-                0.5 * alpha * (deviatoric[..., i] + deviatoric[..., j]) - (strain[..., i] + strain[..., j])
-            )
-            ratio[..., k] += mu * centre * _sinhc(0.5 * alpha * gap) / _sinhc(gap)
+        # ∂τ_i/∂(ln λ_i), and ∂τ_i/∂(ln λ_j) of each pair.
+        own += 2.0 / 3.0 * mu * (power + mean)
+        mutual -= 2.0 / 3.0 * mu * (power[first] + power[second] - mean)
+        # (τ_i − τ_j)/(λ_i² − λ_j²) of each pair, but for what all terms share.
+        ratio += mu * np.exp(0.5 * alpha * level) * _sinhc(0.5 * alpha * gap)
+    ratio *= np.exp(-total) / _sinhc(gap)
+    product = lam[first] * lam[second]
+    mean_stress = 0.5 * (kirchhoff[first] + kirchhoff[second])
+    mixed = (0.5 * (square[first] + square[second]) * ratio - mean_stress) / product
 
-    frame = np.zeros((*batch, 3, 3, 3, 3))
+    frame = np.zeros((lam.shape[1], 9, 9))
     for i in range(3):
-        for j in range(3):
-            value = moduli[..., i, j] - (kirchhoff[..., i] if i == j else 0.0)
-            frame[..., i, i, j, j] = value / (stretch[..., i] * stretch[..., j])
-    for k, (i, j) in enumerate(pairs):
-        square = 0.5 * (squared[..., i] + squared[..., j])
-        mixed = (square * ratio[..., k] - 0.5 * (kirchhoff[..., i] + kirchhoff[..., j])) / (
-            stretch[..., i] * stretch[..., j]
-        )
-        frame[..., i, j, i, j] = frame[..., j, i, j, i] = ratio[..., k]
-        frame[..., i, j, j, i] = frame[..., j, i, i, j] = mixed
+        frame[:, 4 * i, 4 * i] = (own[i] - kirchhoff[i]) / square[i]
+    for k, (i, j) in enumerate(_PAIRS):
+        frame[:, 4 * i, 4 * j] = frame[:, 4 * j, 4 * i] = mutual[k] / product[k]
+        here, there = 3 * i + j, 3 * j + i
+        frame[:, here, here] = frame[:, there, there] = ratio[k]
+        frame[:, here, there] = frame[:, there, here] = mixed[k]
 
-    stress = (n * (kirchhoff / stretch)[..., None, :]) @ np.swapaxes(N, -1, -2)
+    stress = (n * (kirchhoff.T.reshape(*batch, 3) / stretch)[..., None, :]) @ np.swapaxes(N, -1, -2)
     # Columns of `basis` are the nine dyads n_i ⊗ N_j.
     basis = (n[..., :, None, :, None] * N[..., None, :, None, :]).reshape(*batch, 9, 9)
     tangent = basis @ frame.reshape(*batch, 9, 9) @ np.swapaxes(basis, -1, -2)

@@ -395,7 +395,7 @@ class _Damping:
                 rate *= _RATE_FACTOR
                 if self._excess(problem.stiffened(data, resistance.times(rate), linear)) <= 0:
                     _LOG.debug("viscosity %.2g added", rate)
-                    self._rate = rate / _RATE_FACTOR
+                    self._rate = rate
                     return
         raise UnstableError(f"the stiffness has {excess} negative eigenvalues more than the branch")
 

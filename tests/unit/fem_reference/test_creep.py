@@ -23,8 +23,7 @@ SETTLED = 1e-9
 def test_an_unstable_state_is_left_downhill_on_its_own_side(away, side, load):
     """Under a load f the maximum lies near −f; where it is left for decides the minimum."""
     middle = float(np.median(np.roots([1.0, 0.0, -1.0, -load]).real))
-    problem, start = double_well(), np.array([middle + away])
-    found = crept(problem, load, start)
+    found = crept(double_well(), load, np.array([middle + away]))
     np.testing.assert_allclose(found.configuration, well_minimum(load, side), rtol=0, atol=SETTLED)
     assert found.excess_negative == 0
     # The last step is free of viscosity.
@@ -57,6 +56,15 @@ def test_a_step_of_creep_is_one_of_backward_euler():
         resistance = spring.viscous(np.zeros(1), rate)
         found = solve_equilibrium(spring, PardisoSolver(), target, np.zeros(1), viscous=resistance)
         np.testing.assert_allclose(found.configuration, 1.0 / (1.0 + rate), rtol=1e-14)
+
+
+def test_a_step_in_time_must_have_a_positive_stiffness():
+    """At 0.1 mm from the middle of the double well the stiffness is −0.97 N/mm."""
+    well, start, unloaded = double_well(), np.array([0.1]), Push(np.zeros(1))
+    with pytest.raises(UnstableError):
+        solve_equilibrium(well, PardisoSolver(), unloaded, start, viscous=well.viscous(start, 0.96))
+    slow = solve_equilibrium(well, PardisoSolver(), unloaded, start, viscous=well.viscous(start, 2.0))
+    assert 0.1 < slow.configuration[0] < 0.3
 
 
 def test_a_step_in_time_may_not_be_longer_than_the_reach():

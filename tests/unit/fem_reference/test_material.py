@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fem_reference import Ogden
-from fem_reference.material import isochoric_energy, isochoric_response
+from fem_reference.material import isochoric_energy, isochoric_response, isochoric_stress
 from tests.fem_fixtures import TURN, asymmetry, difference, relative_error, rotation
 
 MPA = 1e6
@@ -47,6 +47,10 @@ def response(F: np.ndarray, material: Ogden = MATERIAL) -> tuple[np.ndarray, np.
 
 def directions(count: int = 4) -> np.ndarray:
     return np.random.default_rng(1).uniform(-1.0, 1.0, (count, 3, 3))
+
+
+def test_the_stress_alone_is_that_of_the_response(F):
+    np.testing.assert_allclose(isochoric_stress(MATERIAL, MPA, F), response(F)[0], rtol=0, atol=1e-15)
 
 
 # Steps of 1e-3 leave (1e-3)⁴/30 of a fifth derivative of order α³ τ, under 1e-9, and a round-off of 1e-13.

@@ -47,6 +47,7 @@ def test_up_to_the_fold_the_near_branch_is_followed(jumps):
             found.configuration, well_minimum(share * FOLD, -1.0), rtol=0, atol=SETTLED
         )
         assert found.excess_negative == 0
+        assert not along.jumped
     assert jumps.loads == []
 
 
@@ -57,6 +58,8 @@ def test_beyond_the_fold_the_path_jumps_to_the_far_branch_and_goes_on(jumps):
         side = -1.0 if load < FOLD else 1.0
         np.testing.assert_allclose(found.configuration, well_minimum(load, side), rtol=0, atol=SETTLED)
         assert found.excess_negative == 0
+        # Told with the goal that the jump was on the way to, and not with the next.
+        assert along.jumped is (load == 0.5)
     # Once, for a load beyond the fold, and no farther beyond than a step.
     (load,) = jumps.loads
     assert FOLD < load <= 0.5

@@ -63,6 +63,10 @@ def test_tangent_is_the_slope_of_the_force(solid, x, direction):
     assert relative_error(times(solid.connectivity, solid.response(x)[1], direction), slope) <= 1e-6
 
 
+def test_the_force_alone_is_that_of_the_response(solid, x):
+    assert relative_error(solid.force(x), solid.response(x)[0]) <= 1e-13
+
+
 def test_tangent_is_symmetric(solid, x):
     assert asymmetry(solid.response(x)[1]) <= 1e-10
 

@@ -96,6 +96,7 @@ def test_without_winding_there_are_no_segments(mesh, rest):
     assert len(none) == 0
     assert none.energy(rest) == 0.0
     assert [part.shape for part in none.response(rest)] == [(0, 48), (0, 48, 48), (0, 48)]
+    assert none.force(rest).shape == (0, 48)
     assert none.points(rest).shape == (0, 3)
     assert none.segments.shape == (0, 2)
 
@@ -126,6 +127,7 @@ def test_an_axial_stretch_of_the_host_pulls_at_the_helix_angle(thread, rest):
 def test_at_rest_there_is_no_force(thread, rest):
     assert thread.energy(rest) == 0.0
     np.testing.assert_array_equal(thread.response(rest)[0], 0.0)
+    np.testing.assert_array_equal(thread.force(rest), 0.0)
 
 
 # A step of 1e-4 mm over segments of 2 mm: the fourth-order differences lose 1e-17 of the stiffness, round-off
@@ -147,6 +149,10 @@ def test_force_is_the_slope_of_the_energy(thread, x, direction):
     force = assemble(thread.connectivity, thread.response(x)[0], len(x))
     slope = difference(lambda t: thread.energy(x + t * direction), STEP)
     assert np.sum(force * direction) == pytest.approx(float(slope), rel=1e-6)
+
+
+def test_the_force_alone_is_that_of_the_response(thread, x):
+    assert relative_error(thread.force(x), thread.response(x)[0]) <= 1e-12
 
 
 def test_tangent_is_the_symmetric_slope_of_the_force(thread, x, direction):

@@ -34,6 +34,7 @@ def direction(rest) -> np.ndarray:
 
 def test_open_chambers_feel_nothing(walls, rest):
     assert walls.response(rest) is None
+    assert walls.force(rest) is None
     assert walls.energy(rest) == 0.0
     assert walls.minimum_distance(rest) == np.inf
     assert not walls.intersects(rest)
@@ -70,6 +71,10 @@ def test_hessian_is_the_symmetric_slope_of_the_force(walls, x, direction):
     product = (hessian.tocsr() @ direction.ravel()).reshape(-1, 3)
     assert relative_error(product, slope) <= 1e-6
     assert asymmetry(hessian.toarray()) <= 1e-10
+
+
+def test_the_force_alone_is_that_of_the_response(walls, x):
+    np.testing.assert_array_equal(walls.force(x), walls.response(x)[0])
 
 
 def test_forces_on_the_walls_balance(walls, x):

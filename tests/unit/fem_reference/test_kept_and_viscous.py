@@ -1,0 +1,136 @@
+"""Cell and actuator as problems for Newton's method: residuals taken anew, resistance to leaving a state."""
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.sparse as sparse
+
+from fem_reference import ActuatorGeometry, ActuatorLoad, DoubleHelix, Ogden, Thread
+from fem_reference.actuator_equations import ActuatorEquations, ActuatorModel
+from fem_reference.actuator_problem import ActuatorProblem
+from fem_reference.cell_equations import CellEquations
+from fem_reference.cell_problem import CellProblem, CellTarget
+from fem_reference.newton import Problem
+from tests.fem_fixtures import QUADRATIC, TINY, bent_configuration, difference, relative_error
+
+CURVATURE = np.array([0.006, -0.02, 0.004])
+PRESSURE = np.array([0.03, 0.01, 0.02])
+
+
+@dataclass
+class Case:
+    """A problem at a state, and that state with its nodes moved."""
+
+    problem: Problem
+    target: Any
+    at: Any
+    moved: Any
+    #: The move in the unknowns of the sparse system.
+    move: np.ndarray
+
+    def matrix(self, data: np.ndarray) -> sparse.csr_matrix:
+        upper = self.problem.pattern.matrix(data)
+        return (upper + sparse.triu(upper, 1).T).tocsr()
+
+
+def cell(level) -> Case:
+    equations = CellEquations(ActuatorGeometry(), Ogden(), DoubleHelix(), Thread(), level)
+    at = bent_configuration(equations, CURVATURE)
+    move = 1e-3 * np.random.default_rng(9).uniform(-1.0, 1.0, at.positions.shape)
+    moved = dataclasses.replace(at, positions=at.positions + move)
+    target = CellTarget(PRESSURE, moment=np.array([0.1, -0.2, 0.05]))
+    return Case(CellProblem(equations), target, at, moved, np.append(move.ravel(), [0.0, 0.0]))
+
+
+def actuator(level) -> Case:
+    short = ActuatorGeometry(body_length=6e-3, cap_length=3e-3)
+    equations = ActuatorEquations(
+        ActuatorModel(short, Ogden(), DoubleHelix(), Thread(), level, 1070.0, "cap")
+    )
+    at = equations.rest()
+    widened = at.positions.copy()
+    # Wider sections keep the cavity off the barrier's wall.
+    widened[: equations.nodes, :2] *= 1.002
+    rng = np.random.default_rng(9)
+    free = ~equations.clamped
+    start = np.where(free, widened + 5e-4 * rng.uniform(-1.0, 1.0, widened.shape), at.positions)
+    move = np.where(free, 5e-4 * rng.uniform(-1.0, 1.0, widened.shape), 0.0)
+    at, moved = (dataclasses.replace(at, positions=x) for x in (start, start + move))
+    load = ActuatorLoad((9e3, 4e3, 2e3), tip_force=(0.01, 0.0, 0.02), gravity=(1.0, 2.0, -9.81))
+    return Case(ActuatorProblem(equations), load.target(), at, moved, move.ravel()[equations.free])
+
+
+CASES: dict[str, Callable[[], Case]] = {
+    "cell": lambda: cell(TINY),
+    "quadratic cell": lambda: cell(QUADRATIC),
+    "actuator": lambda: actuator(TINY),
+}
+
+
+@pytest.fixture(scope="module", params=CASES)
+def case(request) -> Case:
+    return CASES[request.param]()
+
+
+@pytest.mark.parametrize("rate", [None, 0.7])
+def test_a_residual_taken_anew_is_that_of_a_whole_linearisation(case, rate):
+    problem, target = case.problem, case.target
+    viscous = None if rate is None else problem.viscous(case.at, rate)
+    linear = problem.linearise(case.at, target, viscous)
+    whole = problem.linearise(case.moved, target, viscous)
+    anew = problem.renewed(linear, case.moved, target, viscous)
+    assert relative_error(anew.residual, whole.residual) <= 1e-12
+    assert problem.imbalance(anew, target) == pytest.approx(problem.imbalance(whole, target), rel=1e-10)
+    assert anew.walls_touch == whole.walls_touch
+    # The stiffness stays, the other residual does not.
+    np.testing.assert_array_equal(anew.data, linear.data)
+    assert relative_error(linear.residual, whole.residual) > 1e-3
+
+
+def test_resistance_is_linear_in_the_move_and_nothing_at_its_origin(case):
+    problem, target = case.problem, case.target
+    viscous = problem.viscous(case.at, 0.7)
+    plain, resisted = (problem.linearise(case.at, target, v) for v in (None, viscous))
+    np.testing.assert_array_equal(resisted.residual, plain.residual)
+    added = case.matrix(resisted.data) - case.matrix(plain.data)
+    force = problem.linearise(case.moved, target, viscous).residual
+    force = force - problem.linearise(case.moved, target).residual
+    # Round-off of the stiff parts' forces, some newtons, over forces of 1e-4 N.
+    assert relative_error(added @ case.move, force) <= 1e-9
+
+
+def test_a_stiffened_matrix_is_that_of_a_step_in_time(case):
+    problem, target = case.problem, case.target
+    viscous = problem.viscous(case.at, 0.35)
+    plain, resisted = (problem.linearise(case.at, target, v) for v in (None, viscous.times(2.0)))
+    before = plain.data.copy()
+    stiffer = problem.stiffened(plain.data, viscous.times(2.0), plain)
+    assert relative_error(stiffer, resisted.data) <= 1e-13
+    np.testing.assert_array_equal(plain.data, before)
+    np.testing.assert_allclose(
+        viscous.times(2.0).matrices, problem.viscous(case.at, 0.7).matrices, rtol=1e-14
+    )
+
+
+@pytest.mark.parametrize("level", [TINY, QUADRATIC], ids=["linear", "quadratic"])
+def test_resistance_to_a_change_of_u_is_an_exact_derivative_too(level):
+    """From the straight cell's positions to those of a bent one: the top face moves with u."""
+    case = cell(level)
+    equations = case.problem.equations
+    viscous = case.problem.viscous(equations.rest(), 0.7)
+
+    def linearise(t: float, i: int):
+        at = dataclasses.replace(case.at, curvature=CURVATURE + t * np.eye(3)[i])
+        return equations.linearise(at, PRESSURE, exact=True, viscous=viscous)
+
+    linear = linearise(0.0, 0)
+    for i in range(3):
+        # The step and the tolerance of the cell's own derivatives.
+        slope = difference(lambda t, i=i: linearise(t, i).residual[:-2], 1e-6)
+        assert relative_error(linear.node_curvature[:-2, i], slope) <= 1e-6
+        slope = difference(lambda t, i=i: linearise(t, i).curvature_residual, 1e-6)
+        assert relative_error(linear.curvature_curvature[i], slope) <= 1e-6

@@ -46,7 +46,7 @@ def draw(cell: PeriodCell, states: list[CellState], file: Path) -> None:
     panels = len(states) + 1
     figure, axes = plt.subplots(1, panels, figsize=(3.2 * panels, 3.4), layout="constrained")
     colours = plt.get_cmap("viridis")(np.linspace(0.15, 0.8, len(states)))
-    faces = cell.equations.mesh.facets[:, cell.equations.mesh.boundaries["bottom"]].T
+    faces = cell.equations.mesh.quads("bottom")
     radius = 1e3 * cell.geometry.cavity_diameter / 2
     for ax, state, colour in zip(axes, states, colours, strict=False):
         nodes = cell.equations.all_positions(state.configuration)

@@ -124,7 +124,8 @@ class ActuatorEquations:
         radius = geometry.cavity_diameter / 2.0 * MILLIMETRE
         self.body_length = geometry.body_length * MILLIMETRE
         length = self.body_length + geometry.cap_length * MILLIMETRE
-        self.basis = SplineBasis(length, round(length / _SPAN))
+        # A node's window of control points wants three spans.
+        self.basis = SplineBasis(length, max(3, round(length / _SPAN)))
         density = model.density * _DENSITY
         self.axis = RodAxis(
             self.basis, ROD_YOUNG_MODULUS * np.pi * radius**4 / 4.0, density * np.pi * radius**2

@@ -8,12 +8,12 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from fem_reference.actuator import BONDS, DENSITY, Actuator, ActuatorError
+from fem_reference.actuator import BONDS, DENSITY, Actuator, ActuatorError, ActuatorState
 from fem_reference.actuator_load import ActuatorLoad
 from fem_reference.actuator_picture import draw_actuator
 from fem_reference.actuator_record import load_record, state_record
 from fem_reference.actuator_run import ActuatorRun, RunError
-from fem_reference.actuator_vtk import write_actuator_vtk
+from fem_reference.actuator_vtk import write_actuator_series, write_actuator_vtk
 from fem_reference.cli._arguments import (
     GOOD,
     NO_CONVERGENCE,
@@ -50,14 +50,18 @@ def add_command(commands: Any) -> None:
     )
     add("--run", metavar="DIR", help="keep every load step there; go on from the last one if it was killed")
     add("--json", action="store_true", help="print one JSON object and nothing else")
-    add("--vtk", metavar="FILE", help="write the deformed body and its winding for ParaView (.vtu, .vtk)")
+    add(
+        "--vtk",
+        metavar="FILE",
+        help="write the deformed body and its winding for ParaView (.vtu, .vtk; .pvd for every load step)",
+    )
     add("--plot", metavar="FILE", help="draw the deformed body (.png, .pdf, .svg)")
     actuator.set_defaults(command=_actuator)
 
 
 def _actuator(options: argparse.Namespace) -> int:
     if options.vtk is not None:
-        check_writable("--vtk", Path(options.vtk))
+        check_writable("--vtk", Path(options.vtk), (".vtu", ".vtk", ".pvd"))
     if options.plot is not None:
         check_writable("--plot", Path(options.plot), (".png", ".pdf", ".svg"))
     density = numbers("--density-kg-per-m3", options.density_kg_per_m3, 1, "kg/m³")[0]
@@ -73,20 +77,28 @@ def _actuator(options: argparse.Namespace) -> int:
     except (ValueError, RunError) as error:
         raise InputError(with_flags(str(error))) from error
 
-    state, status = None, GOOD
+    found: list[ActuatorState] = []
+    status = GOOD
+    series = options.vtk is not None and Path(options.vtk).suffix == ".pvd"
     try:
-        *_, state = track_actuator(states, len(loads))
+        for state in track_actuator(states, len(loads)):
+            # A series alone needs more than the last state.
+            found = [*found, state] if series else [state]
     except ActuatorError as error:
-        state, status = error.last_good, NO_CONVERGENCE
+        status = NO_CONVERGENCE
         print(f"rodmodel-fem: {error}; the last converged state is given", file=sys.stderr)
-    if state is None:
+        found += [] if error.last_good is None else [error.last_good]
+    if not found:
         return status
+    state = found[-1]
     record = state_record(state) | {
         "converged": status == GOOD,
         "elements": actuator.elements,
         "unknowns": actuator.unknowns,
     }
-    if options.vtk is not None:
+    if series:
+        write_actuator_series(actuator, found, options.vtk)
+    elif options.vtk is not None:
         write_actuator_vtk(actuator, state, options.vtk)
     if options.plot is not None:
         draw_actuator(actuator, state, options.plot)

@@ -29,7 +29,7 @@ CELLS: dict[str, tuple[Winding, list[Load]]] = {
         DoubleHelix(),
         [Load((6e3, 6e3, 0.0)), Load((12e3, 12e3, 0.0), moment=(2e-4, -1e-4, 1e-4))],
     ),
-    "double helix at 30°, chamber 2": (DoubleHelix(psi=0.5235987755982988), [Load((0.0, 15e3, 0.0))]),
+    "double helix at 30°, chamber 2": (DoubleHelix(psi=0.5235987755982988), [Load((0.0, 10e3, 0.0))]),
     "ring, chamber 3": (Ring(), [Load((0.0, 0.0, 15e3))]),
     "six helices, all chambers": (SixHelix(), [Load((15e3, 15e3, 15e3))]),
 }

@@ -1,4 +1,4 @@
-"""The command `rodmodel-fem cell`: its answer, its file for ParaView, and one line for every bad input."""
+"""The command `rodmodel-fem`: its answers, its files for ParaView, and one line for every bad input."""
 
 import json
 
@@ -6,7 +6,9 @@ import meshio
 import numpy as np
 import pytest
 
+from fem_reference import LEVELS, ActuatorGeometry
 from fem_reference.cli import main
+from tests.fem_fixtures import TINY
 
 QUICK = ["cell", "--pressure-kpa", "4", "1", "0"]
 
@@ -92,3 +94,21 @@ def test_bad_input_exits_2_with_one_line(arguments, flag, came, capsys):
     assert flag in line
     assert came in line
     assert "expected" in line
+
+
+def test_the_actuator_writes_every_load_step_as_a_series(tmp_path, capsys, monkeypatch):
+    """On a short body of few elements, which the command's flags do not offer."""
+    short = ActuatorGeometry(body_length=3e-3, cap_length=2e-3)
+    monkeypatch.setattr("fem_reference.cli._actuator.read_geometry", lambda options: short)
+    monkeypatch.setitem(LEVELS, "coarse", TINY)
+    file = tmp_path / "path.pvd"
+    assert main(["actuator", "--pressure-kpa", "8", "0", "0", "--json", "--vtk", str(file)]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["converged"]
+    parts = sorted(tmp_path.glob("path_*.vtu"))
+    assert [part.name in file.read_text() for part in parts] == [True, True]
+    # The last part is the state that is told.
+    mesh = meshio.read(parts[-1])
+    assert mesh.point_data["displacement_mm"].max() > 0.0
+    top = mesh.points[np.isclose((mesh.points - mesh.point_data["displacement_mm"])[:, 2], 5.0, atol=1e-9)]
+    np.testing.assert_allclose(top.mean(axis=0), record["tip_position_mm"], atol=0.05)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from calibration.cli import _fit_measured
+from calibration.cli import _fit_measured, _truth
 from calibration.cli._arguments import (
     BAD_INPUT,
     GOOD,
@@ -195,7 +195,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = Parser(
         prog="rodmodel-calibrate", description="Calibrate a section law on the finite-element cell."
     )
-    commands = parser.add_subparsers(required=True, metavar="run | fit | report | fit-measured")
+    commands = parser.add_subparsers(required=True, metavar="run | fit | report | fit-measured | truth")
 
     run = commands.add_parser("run", help="sweep loading paths of the cell; takes up a run that was stopped")
     run.add_argument("--layout", default="double-helix", help="winding layout (default: %(default)s)")
@@ -233,8 +233,8 @@ def _parser() -> argparse.ArgumentParser:
     report.add_argument("--iterations", type=count, default=2000, help="of the network that is compared")
     report.add_argument("--seed", type=int, default=0, help="of the network that is compared")
     report.set_defaults(command=_report)
-    measured = _fit_measured.add_to(commands)
-    for command in (run, fit, report, measured):
+    measured, truth = _fit_measured.add_to(commands), _truth.add_to(commands)
+    for command in (run, fit, report, measured, truth):
         command.add_argument("--json", action="store_true", help="one JSON object on stdout")
     return parser
 

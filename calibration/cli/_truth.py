@@ -1,0 +1,80 @@
+"""`rodmodel-calibrate truth`: runs of the full actuator that rods are compared with."""
+
+import argparse
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from calibration.cli._arguments import GOOD, NOT_CONVERGED, BadInputError, Parser, complain, refuse_unwritable
+
+if TYPE_CHECKING:
+    from calibration.truth_cases import TruthCase
+
+
+def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
+    """Add the command."""
+    parser = commands.add_parser("truth", help="run cases of the full actuator, and gather them")
+    add = parser.add_argument
+    add("cases", nargs="*", metavar="CASE", help="names of cases to run; none lists them all")
+    add("--out", default=None, metavar="DIR", help="directory of the runs; a run that was stopped goes on")
+    add("--elements", default="coarse", help="mesh level (default: %(default)s)")
+    add("--gather", default=None, metavar="FILE", help="netCDF file to gather the runs of DIR into")
+    parser.set_defaults(command=_run)
+    return parser
+
+
+def _run(options: argparse.Namespace, command: str) -> int:
+    from calibration.dataset import save_dataset
+    from calibration.truth import TruthError, case_of, gather
+    from calibration.truth_cases import cases
+
+    if not options.cases and options.gather is None:
+        _list(options, cases())
+        return GOOD
+    if options.out is None:
+        raise BadInputError("--out: got nothing, expected the directory of the runs")
+    directory = Path(options.out)
+    if options.gather is not None:
+        refuse_unwritable("--gather", Path(options.gather))
+    try:
+        chosen = [case_of(name) for name in options.cases]
+    except TruthError as error:
+        raise BadInputError(str(error)) from error
+    failures = [line for case in chosen if (line := _trace(case, directory, options.elements, command))]
+    if options.gather is not None:
+        try:
+            truth = gather(directory)
+        except TruthError as error:
+            raise BadInputError(str(error)) from error
+        save_dataset(truth, Path(options.gather))
+        told = {"file": options.gather, "states": truth.sizes["state"]}
+        print(json.dumps(told) if options.json else f"{told['states']} states written to {told['file']}")
+    for line in failures:
+        complain(f"rodmodel-calibrate truth: {line}", NOT_CONVERGED)
+    return NOT_CONVERGED if failures else GOOD
+
+
+def _trace(case: "TruthCase", directory: Path, level: str, command: str) -> str:
+    """Run one case; what went wrong, or nothing."""
+    from calibration.truth import trace
+    from fem_reference import ActuatorError
+    from fem_reference.actuator_run import RunError
+    from fem_reference.progress import track_actuator
+
+    try:
+        for _ in track_actuator(trace(case, directory, level, command), len(case.loads)):
+            pass
+    except (RunError, ValueError) as error:
+        raise BadInputError(str(error)) from error
+    except ActuatorError as error:
+        return f"{case.name}: {error}"
+    return ""
+
+
+def _list(options: argparse.Namespace, known: "tuple[TruthCase, ...]") -> None:
+    rows = [{"case": case.name, "role": case.role, "loads": len(case.loads)} for case in known]
+    if options.json:
+        print(json.dumps({"cases": rows}))
+        return
+    for row in rows:
+        print(f"{row['case']:20s} {row['role']:6s} {row['loads']} loads")

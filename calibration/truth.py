@@ -1,0 +1,128 @@
+"""Runs of the full actuator: traced case by case, then gathered into the dataset that judges rods."""
+
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from calibration.provenance import code_version, today
+from calibration.truth_cases import TruthCase, cases
+from fem_reference import Actuator, ActuatorState
+from fem_reference.actuator_record import load_record
+from fem_reference.actuator_run import ActuatorRun
+from fem_reference.section import MeshLevel
+
+# name in the dataset, key of the record, dims beside "state", unit, factor to that unit
+_VARIABLES: tuple[tuple[str, str, tuple[str, ...], str, float], ...] = (
+    ("pressure", "pressure_kpa", ("chamber",), "Pa", 1e3),
+    ("tip_force", "tip_force_n", ("axis",), "N", 1.0),
+    ("gravity", "gravity_m_per_s2", ("axis",), "m/s2", 1.0),
+    ("bending_angle", "bending_angle_deg", (), "rad", np.pi / 180.0),
+    ("bending_plane", "bending_plane_deg", (), "rad", np.pi / 180.0),
+    ("tip_position", "tip_position_mm", ("axis",), "m", 1e-3),
+    ("tip_rotation", "tip_rotation", ("row", "column"), "1", 1.0),
+    ("volume", "chamber_volume_mm3", ("chamber",), "m3", 1e-9),
+    ("residual", "residual_n", (), "N", 1.0),
+    ("jumped", "jumped", (), "1", 1.0),
+)
+#: Stations along the rod at which its axis is kept [m].
+STATIONS = np.linspace(0.0, 60e-3, 13)
+
+
+class TruthError(ValueError):
+    """No such case, or nothing to gather."""
+
+
+def case_of(name: str) -> TruthCase:
+    """Return the case of that name, or raise a `TruthError` that lists them."""
+    known = {case.name: case for case in cases()}
+    if name not in known:
+        raise TruthError(f"case: got {name!r}, expected one of {', '.join(known)}")
+    return known[name]
+
+
+def trace(case: TruthCase, directory: Path, level: str | MeshLevel, command: str) -> Iterator[ActuatorState]:
+    """Follow a case's loads, every state on disk as soon as it is found; a killed run goes on.
+
+    Parameters
+    ----------
+    case : to follow.
+    directory : of all runs; the case's own is in it.
+    level : mesh level of the actuator.
+    command : that repeats it, for the provenance.
+
+    Raises
+    ------
+    ActuatorError
+        When a load is not reached; what was found before is kept.
+    RunError
+        Where the directory holds another run of that name.
+    """
+    actuator = Actuator(winding=case.winding, level=level)
+    description = {
+        "case": case.name,
+        "role": case.role,
+        "winding": repr(case.winding),
+        "mesh": str(level),
+        "loads": [load_record(load) for load in case.loads],
+    }
+    run = ActuatorRun(directory / case.name, description)
+    note = directory / case.name / "provenance.json"
+    if not note.exists():
+        note.write_text(json.dumps({"command": command, "code_version": code_version(), "date": today()}))
+    return run.states(actuator, case.loads)
+
+
+def gather(directory: Path, chosen: Sequence[TruthCase] | None = None) -> xr.Dataset:
+    """All finished states of the runs in a directory, in SI units.
+
+    Raises
+    ------
+    TruthError
+        Where there is none.
+    """
+    rows: list[tuple[TruthCase, dict[str, Any]]] = []
+    provenance: dict[str, Any] = {}
+    for case in cases() if chosen is None else chosen:
+        folder = directory / case.name
+        if not (folder / "run.json").exists():
+            continue
+        held = json.loads((folder / "run.json").read_text())
+        found = ActuatorRun(folder, held).records()
+        rows += [(case, record) for record in found]
+        provenance[case.name] = {
+            **json.loads((folder / "provenance.json").read_text()),
+            "mesh": held["mesh"],
+            "reached": len(found),
+            "loads": len(case.loads),
+        }
+    if not rows:
+        raise TruthError(f"truth: no finished state in {directory}; expected runs of `truth`")
+    data: dict[str, Any] = {
+        name: (
+            ("state", *dims),
+            factor * np.array([record[key] for _, record in rows], float),
+            {"units": unit},
+        )
+        for name, key, dims, unit, factor in _VARIABLES
+    }
+    axis = [_at_stations(record["axis"]) for _, record in rows]
+    data["axis_position"] = (("state", "station", "axis"), np.array(axis), {"units": "m"})
+    stable = [-1 if record["stable"] is None else int(record["stable"]) for _, record in rows]
+    data["stable"] = (("state",), np.array(stable), {"units": "1"})
+    for name, values in (
+        ("case", [case.name for case, _ in rows]),
+        ("role", [case.role for case, _ in rows]),
+    ):
+        data[name] = (("state",), np.array(values, dtype=object))
+    coords = {"station": ("station", STATIONS, {"units": "m"})}
+    return xr.Dataset(data, coords=coords, attrs={"runs": json.dumps(provenance)})
+
+
+def _at_stations(axis: dict[str, Any]) -> np.ndarray:
+    """The rod's axis at the stations [m], linear between the places where it is known, millimetres apart."""
+    position, length = np.array(axis["position_mm"]), np.array(axis["arc_length_mm"])
+    return np.column_stack([np.interp(1e3 * STATIONS, length, position[:, k]) for k in range(3)]) / 1e3

@@ -1,0 +1,102 @@
+"""The runs of the full actuator that rods are compared with, and which of them a fit may see.
+
+Roles were given before anything was fitted: ``fit`` runs calibrate the end zones, ``judge`` runs judge the
+rod. No load of one role is a load of the other.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from fem_reference import ActuatorLoad, Winding, layout
+
+Triple = tuple[float, float, float]
+Role = Literal["fit", "judge"]
+GRAVITY = 9.81
+_EACH: tuple[Triple, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+@dataclass(frozen=True)
+class TruthCase:
+    """A path of loads on one winding, from rest.
+
+    Parameters
+    ----------
+    name : of the run and its directory.
+    role : ``fit`` or ``judge``.
+    winding : layout of the thread.
+    loads : one after another; each is a state of the truth.
+    """
+
+    name: str
+    role: Role
+    winding: Winding
+    loads: tuple[ActuatorLoad, ...]
+
+
+def cases() -> tuple[TruthCase, ...]:
+    """Return all of them."""
+    zero = layout("double-helix")
+    named: list[tuple[str, Role, Winding, tuple[ActuatorLoad, ...]]] = [
+        # What the end zones are calibrated on.
+        ("chamber1-fit", "fit", zero, _ramp((1.0, 0.0, 0.0), (10, 20, 30, 40, 50))),
+        ("chamber2-fit", "fit", zero, _ramp((0.0, 1.0, 0.0), (10, 20, 30, 40, 50))),
+        ("pair12-fit", "fit", zero, _ramp((1.0, 1.0, 0.0), (10, 20, 30, 40))),
+        ("triple-fit", "fit", zero, _ramp((1.0, 0.5, 0.2), (10, 20, 30, 40))),
+        ("force-fit", "fit", zero, _loaded((20.0, 0.0, 0.0), [((0.0, 0.03, 0.0), (0.0, 0.0, -GRAVITY))])),
+        # Single chambers, up to where walls snap and beyond, and pairs past a half turn.
+        ("chamber1", "judge", zero, _ramp((1.0, 0.0, 0.0), (5, 15, 25, 35, 45, 55, 60, 65, 70))),
+        ("chamber2", "judge", zero, _ramp((0.0, 1.0, 0.0), (5, 15, 25, 35, 45, 55))),
+        ("chamber3", "judge", zero, _ramp((0.0, 0.0, 1.0), (5, 15, 25, 35, 45, 55))),
+        ("pair12", "judge", zero, _ramp((1.0, 1.0, 0.0), (5, 15, 25, 35, 45, 50))),
+        ("pair23", "judge", zero, _ramp((0.0, 1.0, 1.0), (5, 15, 25, 35, 45, 50, 55, 57))),
+        ("pair31", "judge", zero, _ramp((1.0, 0.0, 1.0), (5, 15, 25, 35, 45, 50))),
+        # Three unequal pressures.
+        ("triple-40-20-10", "judge", zero, _ramp((1.0, 0.5, 0.25), (15, 25, 35, 45))),
+        ("triple-25-45-5", "judge", zero, _ramp((0.55, 1.0, 0.11), (15, 25, 35, 45))),
+        ("triple-10-30-35", "judge", zero, _ramp((0.29, 0.86, 1.0), (15, 25, 35))),
+        # Tip force and gravity at several pressures: upright, hanging and lying.
+        ("force-upright-0", "judge", zero, _loaded((0.0, 0.0, 0.0), _forces((0.0, 0.0, -GRAVITY)))),
+        ("force-upright-25", "judge", zero, _loaded((25.0, 0.0, 0.0), _forces((0.0, 0.0, -GRAVITY)))),
+        ("force-hanging-40", "judge", zero, _loaded((0.0, 40.0, 0.0), _forces((0.0, 0.0, GRAVITY)))),
+        ("force-lying-30-30", "judge", zero, _loaded((30.0, 30.0, 0.0), _forces((GRAVITY, 0.0, 0.0)))),
+    ]
+    for psi in (30.0, 45.0, 90.0):
+        winding = layout("double-helix", math.radians(psi))
+        for k, way in enumerate(_EACH, start=1):
+            named.append((f"psi{psi:g}-chamber{k}", "judge", winding, _ramp(way, (15, 30, 45))))
+    for pitch in (2e-3, 4e-3, 6e-3):
+        winding = layout("double-helix", 0.0, pitch)
+        named.append(
+            (f"pitch{1e3 * pitch:g}-chamber1", "judge", winding, _ramp((1.0, 0.0, 0.0), (15, 30, 45, 60)))
+        )
+    for name in ("ring", "six-helix"):
+        named.append((f"{name}-chamber1", "judge", layout(name), _ramp((1.0, 0.0, 0.0), (15, 30, 45, 60))))
+        named.append((f"{name}-pair12", "judge", layout(name), _ramp((1.0, 1.0, 0.0), (15, 30, 45))))
+    return tuple(TruthCase(*row) for row in named)
+
+
+def _pascals(kpa: Sequence[float]) -> Triple:
+    first, second, third = (1e3 * p for p in kpa)
+    return first, second, third
+
+
+def _ramp(way: Sequence[float], levels_kpa: Sequence[int]) -> tuple[ActuatorLoad, ...]:
+    """Pressures in fixed proportion."""
+    return tuple(ActuatorLoad(_pascals([level * w for w in way])) for level in levels_kpa)
+
+
+def _loaded(kpa: Sequence[float], loads: Sequence[tuple[Triple, Triple]]) -> tuple[ActuatorLoad, ...]:
+    """A pressure, then tip forces [N] and gravity [m/s²] on top of it."""
+    return tuple(ActuatorLoad(_pascals(kpa), tip_force=force, gravity=gravity) for force, gravity in loads)
+
+
+def _forces(gravity: Triple) -> list[tuple[Triple, Triple]]:
+    """No force, one along x, one along y, and one between all axes."""
+    return [
+        ((0.0, 0.0, 0.0), gravity),
+        ((0.03, 0.0, 0.0), gravity),
+        ((0.0, 0.05, 0.0), gravity),
+        ((-0.02, 0.02, 0.02), gravity),
+    ]

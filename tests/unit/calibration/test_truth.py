@@ -1,0 +1,105 @@
+"""Runs of the full actuator: the cases as they are listed, and what becomes of one of them."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from calibration.cli import main
+from calibration.truth import STATIONS, TruthError, case_of, gather, trace
+from calibration.truth_cases import TruthCase, cases
+from fem_reference import ActuatorLoad, DoubleHelix, Thread
+from fem_reference.actuator_run import RunError
+from tests.fem_fixtures import TINY
+
+SMALL = TruthCase("small", "judge", DoubleHelix(), tuple(ActuatorLoad((p, 0.0, 0.0)) for p in (2e3, 4e3)))
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """A directory with one finished run, on the fewest elements."""
+    directory = tmp_path_factory.mktemp("truth")
+    states = list(trace(SMALL, directory, TINY, "the command"))
+    return directory, states
+
+
+def test_every_case_has_a_name_of_its_own_and_a_role():
+    names = [case.name for case in cases()]
+    assert len(set(names)) == len(names)
+    assert {case.role for case in cases()} == {"fit", "judge"}
+    for case in cases():
+        case.winding.refuse_overlap(Thread())
+
+
+def test_no_load_is_both_fitted_and_judged():
+    loads = {
+        role: {(repr(case.winding), load) for case in cases() if case.role == role for load in case.loads}
+        for role in ("fit", "judge")
+    }
+    assert not loads["fit"] & loads["judge"]
+    assert len(loads["judge"]) > len(loads["fit"])
+
+
+def test_the_states_that_were_found_are_gathered_in_si_units(runs):
+    directory, states = runs
+    found = gather(directory, [SMALL])
+    assert found["case"].values.tolist() == ["small", "small"]
+    assert found["role"].values.tolist() == ["judge", "judge"]
+    for k, state in enumerate(states):
+        row = found.isel(state=k)
+        np.testing.assert_allclose(row["pressure"], state.load.pressure, rtol=1e-12)
+        np.testing.assert_allclose(row["tip_position"], state.tip_position, rtol=1e-12)
+        np.testing.assert_allclose(row["tip_rotation"], state.tip_rotation, rtol=1e-12)
+        assert float(row["bending_angle"]) == pytest.approx(state.bending_angle, rel=1e-12)
+        np.testing.assert_allclose(row["volume"], state.chamber_volume, rtol=1e-12)
+        # The axis is straight at rest and hardly bent here: chords of 2 mm lie within 1e-3 mm of it.
+        at_end = row["axis_position"].values[-1]
+        body = np.searchsorted(state.shape.arc_length, STATIONS[-1] - 1e-12)
+        np.testing.assert_allclose(at_end, state.shape.positions[body], atol=1e-6)
+    told = json.loads(found.attrs["runs"])["small"]
+    assert (told["command"], told["reached"], told["loads"]) == ("the command", 2, 2)
+
+
+def test_a_finished_run_is_left_alone_and_another_of_its_name_refused(runs):
+    directory, _ = runs
+    before = (directory / "small" / "step_0001.json").stat().st_mtime_ns
+    assert len(list(trace(SMALL, directory, TINY, "again"))) == 1
+    assert (directory / "small" / "step_0001.json").stat().st_mtime_ns == before
+    turned = TruthCase("small", "judge", DoubleHelix(math.pi / 4), SMALL.loads)
+    with pytest.raises(RunError, match="another winding"):
+        trace(turned, directory, TINY, "turned")
+
+
+def test_nothing_to_gather_is_told(tmp_path):
+    with pytest.raises(TruthError, match="no finished state"):
+        gather(tmp_path)
+
+
+def test_an_unknown_case_is_refused_with_the_known_ones():
+    with pytest.raises(TruthError, match=r"^case: got 'chamber4', expected one of chamber1-fit, "):
+        case_of("chamber4")
+
+
+def test_the_command_lists_the_cases(capsys):
+    assert main(["truth", "--json"]) == 0
+    listed = json.loads(capsys.readouterr().out)["cases"]
+    assert [row["case"] for row in listed] == [case.name for case in cases()]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named", "came"),
+    [
+        (["chamber4", "--out", "runs"], "case", "chamber4"),
+        (["chamber1"], "--out", "nothing"),
+        (["chamber1", "--out", "runs", "--elements", "fine"], "elements", "fine"),
+        (["--gather", "truth.nc", "--out", "empty"], "truth", "no finished state"),
+    ],
+)
+def test_bad_input_is_told_in_one_line(arguments, named, came, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["truth", *arguments]) == 2
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1
+    assert named in told
+    assert came in told

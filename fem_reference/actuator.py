@@ -16,8 +16,9 @@ from fem_reference.actuator_shape import AxisShape, axis_shape, bending
 from fem_reference.geometry import ActuatorGeometry
 from fem_reference.linear_solver import SymmetricSolver, default_solver
 from fem_reference.material import Ogden
-from fem_reference.newton import Equilibrium, NewtonError, solve_equilibrium
+from fem_reference.newton import solve_equilibrium
 from fem_reference.path import PathError, PathFollower, PathMemory
+from fem_reference.problem import Equilibrium, NewtonError
 from fem_reference.section import MeshLevel, mesh_level
 from fem_reference.winding import DoubleHelix, Thread, Winding
 

@@ -22,7 +22,7 @@ from fem_reference.chamber import Chamber
 from fem_reference.geometry import ActuatorGeometry
 from fem_reference.material import Ogden
 from fem_reference.mesh import BOTTOM, TOP, actuator_mesh
-from fem_reference.newton import Linearisation
+from fem_reference.problem import Linearisation
 from fem_reference.rod_axis import RodAxis, SplineBasis
 from fem_reference.section import CAVITY, CHAMBERS, MILLIMETRE, MeshLevel
 from fem_reference.solid import SolidElements

@@ -9,7 +9,7 @@ from fem_reference.actuator_equations import ActuatorEquations, ActuatorLinearis
 from fem_reference.actuator_load import ActuatorTarget
 from fem_reference.cell_equations import SOLID
 from fem_reference.linear_solver import SymmetricSolver
-from fem_reference.newton import NewtonError, Problem
+from fem_reference.problem import NewtonError, Problem
 from fem_reference.rod_frame import RodFrame
 from fem_reference.viscous_solid import ViscousSolid
 

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from fem_reference.interface import ACTIVATION, REST_SHARE, barrier
-from fem_reference.newton import NewtonError
+from fem_reference.problem import NewtonError
 from fem_reference.rod_axis import DEGREE, SplineBasis
 
 # Penalty of the bond [MPa/mm]: 500 times the stiffness of the inner wall, 0.3 MPa over 1.5 mm.

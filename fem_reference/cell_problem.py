@@ -8,7 +8,7 @@ from jaxtyping import Float
 from fem_reference.cell_equations import GAUGES, SOLID, CellEquations
 from fem_reference.configuration import CellLinearisation, Configuration, Step
 from fem_reference.linear_solver import SymmetricSolver
-from fem_reference.newton import NewtonError, Problem
+from fem_reference.problem import NewtonError, Problem
 from fem_reference.screw import screw_series
 from fem_reference.viscous_solid import ViscousSolid
 

@@ -14,7 +14,7 @@ from jaxtyping import Float
 
 from fem_reference.cell_equations import CellEquations
 from fem_reference.linear_solver import SymmetricSolver
-from fem_reference.newton import Equilibrium
+from fem_reference.problem import Equilibrium
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from fem_reference.helical import HelicalFrame
-from fem_reference.newton import Linearisation
+from fem_reference.problem import Linearisation
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ import logging
 from typing import Any
 
 from fem_reference.linear_solver import SymmetricSolver
-from fem_reference.newton import Equilibrium, NewtonError, Problem, solve_equilibrium
+from fem_reference.newton import solve_equilibrium
+from fem_reference.problem import Equilibrium, NewtonError, Problem
 
 _LOG = logging.getLogger(__name__)
 

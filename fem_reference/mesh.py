@@ -32,14 +32,6 @@ class BodyMesh:
     elements: Int[np.ndarray, "elements _"]
     facets: dict[str, Int[np.ndarray, "_ _"]]
 
-    @classmethod
-    def of(cls, mesh: skfem.MeshHex) -> "BodyMesh":
-        """Linear hexahedra of scikit-fem's, with its boundaries."""
-        grid = np.rint(skfem.ElementHex1.doflocs).astype(int)
-        elements = mesh.t.T[:, np.lexsort(grid.T)]
-        facets = {name: _tensor_facets(mesh, chosen) for name, chosen in (mesh.boundaries or {}).items()}
-        return cls(np.ascontiguousarray(mesh.p.T), elements, facets)
-
     @property
     def order(self) -> int:
         """Order of the elements' polynomials."""
@@ -192,16 +184,3 @@ def cut(facets: Int[np.ndarray, "facets _"], order: int) -> Int[np.ndarray, "qua
     low, high = slice(None, -1), slice(1, None)
     cycle = [grid[:, low, low], grid[:, low, high], grid[:, high, high], grid[:, high, low]]
     return np.stack(cycle, axis=-1).reshape(-1, 4)
-
-
-def _tensor_facets(mesh: skfem.MeshHex, chosen: Int[np.ndarray, " _"]) -> Int[np.ndarray, "facets 4"]:
-    """Nodes of facets in tensor order, from scikit-fem's, which come in no particular one."""
-    quads = mesh.facets[:, chosen].T
-    corner = mesh.p.T[quads]
-    # The diagonals' mid-points nearly meet, those of two edges do not.
-    partner = [
-        np.linalg.norm(corner[:, 0] + corner[:, k] - corner.sum(axis=1) / 2.0, axis=1) for k in (1, 2, 3)
-    ]
-    far = 1 + np.argmin(partner, axis=0)
-    order = np.array([[0, 2, 3, 1], [0, 1, 3, 2], [0, 1, 2, 3]])[far - 1]
-    return np.take_along_axis(quads, order, axis=1)

@@ -24,7 +24,6 @@ and shells using solid finite elements, Int. J. Numer. Meth. Eng. 109, §3. Deuf
 for Nonlinear Problems, §3.1, for the test.
 """
 
-import abc
 import logging
 from dataclasses import dataclass
 from typing import Any
@@ -32,8 +31,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from fem_reference.assembly import SparsePattern
 from fem_reference.linear_solver import SingularMatrixError, SymmetricSolver
+from fem_reference.problem import Equilibrium, NewtonError, Problem, UnstableError
 
 _LOG = logging.getLogger(__name__)
 
@@ -73,131 +72,6 @@ _KEPT_CONTRACTION = 0.2
 _INERTIA_ABOVE = 1e-4
 _DAMPED_ITERATIONS = 6
 _FIRST_RATE, _RATE_FACTOR, _LAST_RATE = 0.2, 4.0, 10.0
-
-
-class NewtonError(ArithmeticError):
-    """Newton's method gave up; the message says why."""
-
-
-class UnstableError(NewtonError):
-    """The stiffness has more negative eigenvalues than the branch that is followed."""
-
-
-@dataclass(frozen=True)
-class Linearisation:
-    """Residual and stiffness of a problem at a configuration.
-
-    Parameters
-    ----------
-    residual : forces on the unknowns of the sparse system [N].
-    data : of the stiffness, in the problem's pattern.
-    walls_touch : whether chamber walls are in contact.
-    """
-
-    residual: Float[np.ndarray, " q"]
-    data: Float[np.ndarray, " nonzeros"]
-    walls_touch: bool
-
-
-@dataclass(frozen=True)
-class Equilibrium:
-    """A converged configuration with the linearisation there.
-
-    Parameters
-    ----------
-    residual : largest nodal force left [N].
-    excess_negative : negative pivots of the stiffness beyond those of the constraints, with the walls'
-        contact taken as convex; above zero the body is at a saddle of its energy. None where the linear
-        solver does not tell.
-    """
-
-    configuration: Any
-    linear: Any
-    iterations: int
-    residual: float
-    excess_negative: int | None
-
-
-class Problem(abc.ABC):
-    """What Newton's method and the path follower ask of the equations.
-
-    Configurations, targets, linearisations and steps are the problem's own types; a linearisation extends
-    `Linearisation`, and a step has ``positions``, the nodes' part of it [mm].
-    """
-
-    #: Sparsity of the stiffness, and how many of its unknowns are multipliers with a negative pivot each.
-    pattern: SparsePattern
-    constraints: int
-    #: Root-mean-square displacement that a step may have [mm].
-    reach: float
-    #: Displacement of any node that the contact's jumps may leave open [mm].
-    noise: float
-    #: Size of a step below which the stiffness is kept for the next ones [mm].
-    nearby: float
-    #: Whether an equilibrium must come with its own stiffness and factors, not those of a state nearby.
-    exact: bool
-
-    @abc.abstractmethod
-    def begin(self, start: Any, target: Any) -> Any:
-        """The configuration to iterate from; raises a NewtonError where it is not admissible."""
-
-    @abc.abstractmethod
-    def linearise(self, at: Any, target: Any, viscous: Any = None) -> Any:
-        """Residual and stiffness, those of a `viscous` resistance included."""
-
-    @abc.abstractmethod
-    def renewed(self, linear: Any, at: Any, target: Any, viscous: Any = None) -> Any:
-        """``linear`` with the residual at ``at`` and the stiffness as it was."""
-
-    @abc.abstractmethod
-    def convex_walls(self, linear: Any) -> Float[np.ndarray, " nonzeros"]:
-        """The stiffness' data with the walls' contact made convex, pair by pair."""
-
-    @abc.abstractmethod
-    def viscous(self, at: Any, rate: float) -> Any:
-        """Viscous resistance to leaving ``at``, its stiffness ``rate`` times that of the silicone at rest."""
-
-    @abc.abstractmethod
-    def stiffened(
-        self, data: Float[np.ndarray, " nonzeros"], resistance: Any, linear: Any
-    ) -> Float[np.ndarray, " nonzeros"]:
-        """A stiffness' data with the matrix of a viscous ``resistance`` added."""
-
-    @abc.abstractmethod
-    def imbalance(self, linear: Any, target: Any) -> float:
-        """Largest residual moment of unknowns outside the sparse system [N mm]."""
-
-    @abc.abstractmethod
-    def newton_step(self, solver: SymmetricSolver, linear: Any, target: Any) -> Any:
-        """Step from the factors that ``solver`` holds."""
-
-    @abc.abstractmethod
-    def size(self, step: Any, linear: Any) -> float:
-        """Root-mean-square displacement of the nodes in a step [mm]."""
-
-    @abc.abstractmethod
-    def is_small(self, step: Any) -> bool:
-        """Whether the unknowns other than nodes move by no more than the contact's noise may move them."""
-
-    @abc.abstractmethod
-    def longest(self, step: Any) -> float:
-        """Largest share of a step that its linearisation stands for, at most 1."""
-
-    @abc.abstractmethod
-    def advance(self, at: Any, step: Any, fraction: float, linear: Any) -> Any:
-        """The configuration after a share of a step, stiff forces included."""
-
-    @abc.abstractmethod
-    def allowed(self, linear: Any, trial: Any) -> float:
-        """Share of a trial step that nothing blocks; 1 where it is admissible in full."""
-
-    @abc.abstractmethod
-    def mean(self, states: list[Any], weights: list[float]) -> Any:
-        """Weighted mean of configurations, weights adding up to one; negative ones extrapolate."""
-
-    @abc.abstractmethod
-    def may_start(self, at: Any, guess: Any) -> bool:
-        """Whether ``guess``, extrapolated from the equilibrium ``at``, is one to iterate from."""
 
 
 def solve_equilibrium(

@@ -14,7 +14,8 @@ from jaxtyping import Float
 
 from fem_reference.creep import creep
 from fem_reference.linear_solver import SymmetricSolver
-from fem_reference.newton import Equilibrium, NewtonError, Problem, solve_equilibrium
+from fem_reference.newton import solve_equilibrium
+from fem_reference.problem import Equilibrium, NewtonError, Problem
 
 _LOG = logging.getLogger(__name__)
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fem_reference.assembly import SparsePattern
-from fem_reference.newton import Linearisation, Problem
+from fem_reference.problem import Linearisation, Problem
 
 
 @dataclass(frozen=True)

@@ -177,16 +177,3 @@ def test_scikit_fem_takes_the_cells(block):
     assert relative_error(basis.dx.sum(axis=1), own) <= 1e-13
     surface = skfem.FacetBasis(linear, skfem.ElementHex1())
     assert surface.dx.sum() == pytest.approx(2.0 * (6.0 + 3.0 + 2.0), rel=1e-12)
-
-
-def test_scikit_fems_mesh_comes_back(block):
-    boundaries = {"low": lambda x: x[2] < 1e-9, "curved": lambda x: x[0] > 3.0 - 1e-9}
-    linear = block.linear().with_boundaries(boundaries)
-    mesh = BodyMesh.of(linear)
-    assert mesh.order == 1
-    np.testing.assert_array_equal(mesh.points, block.points)
-    np.testing.assert_array_equal(mesh.elements, block.cells)
-    # A facet whose nodes are out of order crosses itself and has too little area.
-    assert mesh.nodal_areas("low").sum() == pytest.approx(6.0, rel=1e-12)
-    assert mesh.nodal_areas("curved").sum() == pytest.approx(2.0, rel=1e-12)
-    np.testing.assert_allclose(vector_area(mesh, mesh.oriented("low")).sum(axis=0), [0, 0, 6], atol=1e-12)

@@ -6,7 +6,8 @@ import pytest
 from fem_reference import creep as creep_module
 from fem_reference.creep import creep
 from fem_reference.linear_solver import PardisoSolver
-from fem_reference.newton import Equilibrium, NewtonError, UnstableError, solve_equilibrium
+from fem_reference.newton import solve_equilibrium
+from fem_reference.problem import Equilibrium, NewtonError, UnstableError
 from tests.diagonal_problem import FOLD, Diagonal, Push, double_well, well_minimum
 
 

@@ -14,7 +14,7 @@ from fem_reference.actuator_equations import ActuatorEquations, ActuatorModel
 from fem_reference.actuator_problem import ActuatorProblem
 from fem_reference.cell_equations import CellEquations
 from fem_reference.cell_problem import CellProblem, CellTarget
-from fem_reference.newton import Problem
+from fem_reference.problem import Problem
 from tests.fem_fixtures import QUADRATIC, TINY, bent_configuration, difference, relative_error
 
 CURVATURE = np.array([0.006, -0.02, 0.004])

@@ -5,7 +5,8 @@ import pytest
 
 from fem_reference import newton
 from fem_reference.linear_solver import PardisoSolver
-from fem_reference.newton import Equilibrium, NewtonError, UnstableError, solve_equilibrium
+from fem_reference.newton import solve_equilibrium
+from fem_reference.problem import Equilibrium, NewtonError, UnstableError
 from tests.diagonal_problem import Diagonal, Push, double_well
 
 

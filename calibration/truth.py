@@ -10,10 +10,7 @@ import xarray as xr
 
 from calibration.provenance import code_version, today
 from calibration.truth_cases import TruthCase, cases
-from fem_reference import Actuator, ActuatorState
-from fem_reference.actuator_record import load_record
-from fem_reference.actuator_run import ActuatorRun
-from fem_reference.section import MeshLevel
+from fem_reference import Actuator, ActuatorRun, ActuatorState, MeshLevel, load_record
 
 # name in the dataset, key of the record, dims beside "state", unit, factor to that unit
 _VARIABLES: tuple[tuple[str, str, tuple[str, ...], str, float], ...] = (

@@ -2,6 +2,8 @@
 
 from fem_reference.actuator import Actuator, ActuatorError, ActuatorState
 from fem_reference.actuator_load import ActuatorLoad
+from fem_reference.actuator_record import load_record
+from fem_reference.actuator_run import ActuatorRun, RunError
 from fem_reference.cell import CellError, CellState, Load, PeriodCell, follow
 from fem_reference.geometry import ActuatorGeometry
 from fem_reference.material import Ogden
@@ -15,6 +17,7 @@ __all__ = [
     "ActuatorError",
     "ActuatorGeometry",
     "ActuatorLoad",
+    "ActuatorRun",
     "ActuatorState",
     "CellError",
     "CellState",
@@ -25,9 +28,11 @@ __all__ = [
     "Ogden",
     "PeriodCell",
     "Ring",
+    "RunError",
     "SixHelix",
     "Thread",
     "Winding",
     "follow",
     "layout",
+    "load_record",
 ]

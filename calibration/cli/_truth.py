@@ -56,14 +56,14 @@ def _run(options: argparse.Namespace, command: str) -> int:
 
 def _trace(case: "TruthCase", directory: Path, level: str, command: str) -> str:
     """Run one case; what went wrong, or nothing."""
+    from calibration.progress import progress_bar
     from calibration.truth import trace
-    from fem_reference import ActuatorError
-    from fem_reference.actuator_run import RunError
-    from fem_reference.progress import track_actuator
+    from fem_reference import ActuatorError, RunError
 
     try:
-        for _ in track_actuator(trace(case, directory, level, command), len(case.loads)):
-            pass
+        with progress_bar(len(case.loads), "states") as advance:
+            for _ in trace(case, directory, level, command):
+                advance(1, case.name)
     except (RunError, ValueError) as error:
         raise BadInputError(str(error)) from error
     except ActuatorError as error:

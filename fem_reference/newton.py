@@ -149,7 +149,8 @@ def solve_equilibrium(
         steady = viscous is None and not convex and fraction == 1.0 and iteration > 0
         if steady and size <= problem.nearby:
             at, linear, force, balanced = _keep_stiffness(problem, solver, target, at, linear, size)
-            if balanced and not problem.exact:
+            # Negative pivots are judged by the stiffness here, not by one nearby.
+            if balanced and not problem.exact and not excess:
                 return _settled(problem, solver, at, linear, iteration + 1, force, excess)
     raise NewtonError(
         f"no convergence in {len(history)} iterations; the last residual forces are "

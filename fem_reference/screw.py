@@ -11,6 +11,10 @@ from jaxtyping import Float
 
 _TERMS = 22
 _LIMIT = 2.0
+#: ε_ijk, of the product a·(b × c) = ε_ijk a_i b_j c_k.
+LEVI_CIVITA = np.zeros((3, 3, 3))
+LEVI_CIVITA[[0, 1, 2], [1, 2, 0], [2, 0, 1]] = 1.0
+LEVI_CIVITA[[1, 2, 0], [0, 1, 2], [2, 0, 1]] = -1.0
 
 
 @dataclass(frozen=True)

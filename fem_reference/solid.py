@@ -26,15 +26,12 @@ from jaxtyping import Float
 from fem_reference.material import Ogden, isochoric_energy, isochoric_response, isochoric_stress
 from fem_reference.mesh import BodyMesh
 from fem_reference.reference_element import reference_element
+from fem_reference.screw import LEVI_CIVITA
 
 _MPA = 1e6
 
 # ε_ikm ε_JLN as a matrix from F_mN to ∂²(det F)/∂F_iJ∂F_kL.
-_LEVI_CIVITA = np.zeros((3, 3, 3))
-for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-    _LEVI_CIVITA[_i, _j, _k] = 1.0
-    _LEVI_CIVITA[_j, _i, _k] = -1.0
-_DETERMINANT_HESSIAN = np.einsum("ikm,JLN->mNiJkL", _LEVI_CIVITA, _LEVI_CIVITA).reshape(9, 81)
+_DETERMINANT_HESSIAN = np.einsum("ikm,JLN->mNiJkL", LEVI_CIVITA, LEVI_CIVITA).reshape(9, 81)
 
 # Gauss points worked on at once: their arrays stay in a processor's cache. As many threads as OpenMP has.
 _CHUNK = 2048

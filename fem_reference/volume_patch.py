@@ -14,10 +14,7 @@ from functools import cache
 import numpy as np
 from jaxtyping import Float, Int
 
-# −ε_ijk as a matrix from s_k to ∂²(det)/∂a_i∂b_j = −[s]×.
-_CROSS = np.zeros((3, 3, 3))
-for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-    _CROSS[_i, _j, _k], _CROSS[_j, _i, _k] = 1.0, -1.0
+from fem_reference.screw import LEVI_CIVITA
 
 
 class VolumePatch:
@@ -49,7 +46,8 @@ class VolumePatch:
         """∂²V/∂x² on each block's nodes."""
         sums = self._sums(positions[self.connectivity])
         dofs = 3 * sums.shape[1]
-        blocks = (sums @ _CROSS.reshape(9, 3).T).reshape(*sums.shape[:3], 3, 3)
+        # ∂²(a·(b × s))/∂a_i∂b_j = ε_ijk s_k.
+        blocks = (sums @ LEVI_CIVITA.reshape(9, 3).T).reshape(*sums.shape[:3], 3, 3)
         return blocks.transpose(0, 1, 3, 2, 4).reshape(-1, dofs, dofs)
 
     def _sums(self, corner: Float[np.ndarray, "blocks nodes 3"]) -> Float[np.ndarray, "blocks nodes nodes 3"]:

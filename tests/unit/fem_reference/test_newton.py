@@ -102,3 +102,12 @@ def test_near_the_equilibrium_the_stiffness_is_kept(exact):
     else:
         # That of the place before the kept steps, 0.3 mm away; it changes by sinh x, 2.8 N/mm² at most.
         assert 0.0 < np.abs(answers[1].linear.data - own).max() <= 2.8 * 0.3
+
+
+def test_a_saddle_comes_with_its_own_stiffness_though_others_may_keep_theirs():
+    """Its negative pivots are judged by the stiffness where it is."""
+    well = double_well()
+    well.nearby, well.exact = 0.3, False
+    found = solve(well, 0.1, 0.15, inertia=1)
+    assert found.excess_negative == 1
+    np.testing.assert_array_equal(found.linear.data, 3.0 * found.configuration**2 - 1.0)

@@ -100,7 +100,7 @@ def test_a_killed_sweep_ends_as_one_left_alone(script, tmp_path):
     second = tmp_path / "cut" / "paths" / "001.jsonl"
     kill_when(start(file, tmp_path / "cut"), lambda: len(read_path(second).states) >= 2)
     finished = read_path(tmp_path / "cut" / "paths" / "000.jsonl")
-    assert finished.end is not None
+    assert finished.end == {"attempts": 1}
     assert read_path(second).end is None
     assert start(file, tmp_path / "cut").wait(WAIT) == 0
     assert read_path(tmp_path / "cut" / "paths" / "000.jsonl") == finished

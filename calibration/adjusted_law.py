@@ -173,7 +173,8 @@ def adjusted_rod(rod: Rod, parameters: np.ndarray, wall: OuterWall | None = None
     )
     # With unequal gains the bound on the sum is a plane of another slope: the largest gain is the safe one.
     total = max((rod.domain.pressure_sum_max - offset.sum()) / gain.max(), 0.0)
-    domain = Domain((first, second, third), float(total), float(scale) * rod.domain.moment_max)
+    bending, _, torque = (float(scale) * axis for axis in rod.domain.moment_axes)
+    domain = Domain((first, second, third), float(total), bending, torque)
     law = AdjustedLaw(rod.section, jnp.asarray(parameters, float), OuterWall() if wall is None else wall)
     return replace(rod, section=law, domain=domain)
 

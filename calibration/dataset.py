@@ -48,7 +48,8 @@ def build_dataset(
 
     Returns
     -------
-    dataset with dimension ``state``; attribute ``failures`` lists the paths that ended early and where.
+    dataset with dimension ``state``; attribute ``failures`` lists the paths that ended early and where,
+    ``unstable`` those that ended where the section loses its stability.
     """
     chosen = [(path, state) for path in paths if path.name in records for state in records[path.name].states]
     if not chosen:
@@ -72,6 +73,7 @@ def build_dataset(
         {"long_name": "train or held-out"},
     )
     failures = {name: record.end for name, record in records.items() if record.failed}
+    unstable = {name: record.end for name, record in records.items() if record.lost_stability}
     return xr.Dataset(
         data,
         coords={
@@ -80,7 +82,7 @@ def build_dataset(
             "row": list(ARGUMENTS),
             "column": list(ARGUMENTS),
         },
-        attrs=_flat({**provenance, "failures": failures, "paths": len(paths)}),
+        attrs=_flat({**provenance, "failures": failures, "unstable": unstable, "paths": len(paths)}),
     )
 
 

@@ -24,7 +24,7 @@ Role = Literal["train", "held-out"]
 Vector = NDArray[np.float64]
 
 HELD_OUT_EVERY = 5  # every fifth path judges, the others train
-MOMENT_STEPS = 3  # steps over which a continuation takes the largest moment
+MOMENT_STEPS = 4  # steps over which a continuation takes the largest moment
 
 
 def edge(domain: Domain, direction: Vector) -> Vector:
@@ -77,7 +77,7 @@ def design_paths(
     for index in range(number):
         role: Role = "held-out" if index % HELD_OUT_EVERY == HELD_OUT_EVERY - 1 else "train"
         kind, waypoints = next(held_out if role == "held-out" else train)
-        loads = _walk(waypoints, pressure_step, domain.moment_max / MOMENT_STEPS)
+        loads = _walk(waypoints, pressure_step, np.asarray(domain.moment_axes) / MOMENT_STEPS)
         paths.append(LoadingPath(f"{index:03d}-{role}-{kind}", role, loads))
     return tuple(paths)
 
@@ -136,18 +136,18 @@ def _turns(
     """A loop of moments at each level of pressure: out one way, over to another, back to free bending."""
     loops = []
     for level in levels:
-        first, second = (domain.moment_max * _sphere(rng) for _ in range(2))
+        first, second = (_sphere(rng, domain) for _ in range(2))
         loops.append((level, [first, second * rng.uniform(0.5, 1.0), np.zeros(3)]))
     return loops
 
 
 def _moments_only(domain: Domain, rng: np.random.Generator) -> list[tuple[Vector, Vector]]:
-    return [(np.zeros(3), domain.moment_max * _sphere(rng)) for _ in range(3)]
+    return [(np.zeros(3), _sphere(rng, domain)) for _ in range(3)]
 
 
 def _mixture(domain: Domain, rng: np.random.Generator, pressure: Vector) -> list[tuple[Vector, Vector]]:
     """Pressure and moment ramped together, the moment through random values."""
-    moments = [_ball(rng, domain.moment_max) for _ in range(3)]
+    moments = [_ball(rng, domain) for _ in range(3)]
     return [(share * pressure, moment) for share, moment in zip((0.3, 0.65, 1.0), moments, strict=True)]
 
 
@@ -163,23 +163,25 @@ def _uniform_pressure(domain: Domain, rng: np.random.Generator) -> Vector:
             return pressure
 
 
-def _sphere(rng: np.random.Generator) -> Vector:
+def _sphere(rng: np.random.Generator, domain: Domain) -> Vector:
+    """A moment on the edge of the domain's ellipsoid."""
     vector = rng.standard_normal(3)
-    return vector / np.linalg.norm(vector)
+    return np.asarray(domain.moment_axes) * vector / np.linalg.norm(vector)
 
 
-def _ball(rng: np.random.Generator, radius: float) -> Vector:
-    return radius * rng.random() ** (1 / 3) * _sphere(rng)
+def _ball(rng: np.random.Generator, domain: Domain) -> Vector:
+    """A moment uniform inside the domain's ellipsoid."""
+    return rng.random() ** (1 / 3) * _sphere(rng, domain)
 
 
 def _walk(
-    waypoints: Sequence[tuple[Vector, Vector]], pressure_step: float, moment_step: float
+    waypoints: Sequence[tuple[Vector, Vector]], pressure_step: float, moment_step: Vector
 ) -> tuple[Load, ...]:
     """Straight from waypoint to waypoint in even steps no larger than asked, from the unloaded section on."""
     loads, pressure, moment = [], np.zeros(3), np.zeros(3)
     for next_pressure, next_moment in waypoints:
         pressure_change = np.abs(next_pressure - pressure).max() / pressure_step
-        moment_change = float(np.linalg.norm(next_moment - moment)) / moment_step
+        moment_change = float(np.linalg.norm((next_moment - moment) / moment_step))
         steps = int(np.ceil(max(pressure_change, moment_change) - 1e-9))
         for share in np.arange(1, steps + 1) / max(steps, 1):
             loads.append(

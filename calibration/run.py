@@ -11,7 +11,7 @@ from calibration.provenance import code_version, today
 from fem_reference import ActuatorGeometry, Winding
 from rodmodel import Domain
 
-PRESSURE_STEP = 3e3  # [Pa], of a path from a load to the next
+PRESSURE_STEP = 4e3  # [Pa], of a path from a load to the next
 
 
 class RunError(ValueError):

@@ -3,7 +3,7 @@
 A run directory holds one file per path, ``paths/<name>.jsonl``: a line per state, then a line that says how
 the path ended. A run that was killed takes up where it stopped: finished paths are left alone; an unfinished
 one is traced again from its start, for a state can only be reached by continuation, and only states not yet
-on file are added.
+on file are added. A path that meets a loss of stability ends there: what lies behind is on another branch.
 """
 
 import contextlib
@@ -38,7 +38,10 @@ class SweepError(RuntimeError):
 
 @dataclass(frozen=True)
 class CellTracer:
-    """Builds a period cell in the process that calls it and returns the continuation along loads on it."""
+    """Builds a period cell in the process that calls it and returns the continuation along loads on it.
+
+    The continuation ends where walls lose their balance.
+    """
 
     geometry: ActuatorGeometry
     winding: Winding
@@ -47,7 +50,7 @@ class CellTracer:
     def __call__(self) -> Trace:
         """Build the cell."""
         cell = PeriodCell(geometry=self.geometry, winding=self.winding, level=self.level)
-        return lambda loads, start: follow(cell, loads, start=start)
+        return lambda loads, start: follow(cell, loads, start=start, jumps=False)
 
 
 @dataclass(frozen=True)
@@ -59,8 +62,13 @@ class PathRecord:
 
     @property
     def failed(self) -> bool:
-        """Whether the path ended early."""
+        """Whether the path ended early, for another reason than a loss of stability."""
         return self.end is not None and "failure" in self.end
+
+    @property
+    def lost_stability(self) -> bool:
+        """Whether the path ended where the section loses its stability."""
+        return self.end is not None and "unstable" in self.end
 
 
 def run_sweep(
@@ -188,10 +196,18 @@ def trace_path(
                         reached += 1
                         on_load()
                     start = state
-                append({"end": {"attempts": attempt}})
+                    if state.stable is False or state.jumped:
+                        break
+                else:
+                    append({"end": {"attempts": attempt}})
+                    return
+                append({"end": {"unstable": asdict(state.load), "attempts": attempt}})
                 return
             except CellError as error:
                 failure, at = error, error.reached
+                if error.unstable:
+                    append({"end": {"unstable": None if at is None else asdict(at), "attempts": attempt}})
+                    return
                 start = error.last_good if error.last_good is not None else start
                 loads = _subdivide(start.load if start is not None else None, path.loads[reached:])
         append(

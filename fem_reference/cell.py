@@ -110,11 +110,13 @@ class CellError(ArithmeticError):
     ----------
     message : why.
     last_good : last converged state on the way, or None.
+    unstable : whether it is because walls lose their balance, on a path that was to end there.
     """
 
-    def __init__(self, message: str, last_good: CellState | None) -> None:
+    def __init__(self, message: str, last_good: CellState | None, unstable: bool = False) -> None:
         super().__init__(message)
         self.last_good = last_good
+        self.unstable = unstable
 
     @property
     def reached(self) -> Load | None:
@@ -218,11 +220,19 @@ class PeriodCell:
         )
 
 
-def follow(cell: PeriodCell, loads: Iterable[Load], start: CellState | None = None) -> Iterator[CellState]:
+def follow(
+    cell: PeriodCell, loads: Iterable[Load], start: CellState | None = None, jumps: bool = True
+) -> Iterator[CellState]:
     """Follow a path of loads by continuation and yield the state at each.
 
     Between loads of different kind (moment, then imposed curvature, or back) the path changes over at the
     present state, whose moment and curvature belong together.
+
+    Parameters
+    ----------
+    cell, loads : what is loaded, and how.
+    start : a state of the cell to go on from; the unloaded cell by default.
+    jumps : go on, on another branch, where walls lose their balance. If not, the path ends there.
 
     Raises
     ------
@@ -236,7 +246,7 @@ def follow(cell: PeriodCell, loads: Iterable[Load], start: CellState | None = No
         if start is not None:
             target = start.load._target()
             here = solve_equilibrium(problem, solver, target, start.configuration)
-        follower = PathFollower(problem, solver, here, target)
+        follower = PathFollower(problem, solver, here, target, creeps=jumps)
         for load in loads:
             before = follower.iterations
             goal = load._target()
@@ -249,7 +259,7 @@ def follow(cell: PeriodCell, loads: Iterable[Load], start: CellState | None = No
     except PathError as error:
         last = solve_equilibrium(problem, solver, error.target, error.last.configuration)
         reached = cell._state(_load_of(error.target), last, error.target, 0, follower.jumped)
-        raise CellError(f"the cell did not converge: {error}", reached) from error
+        raise CellError(f"the cell did not converge: {error}", reached, error.unstable) from error
 
 
 def _restated(here: CellTarget, at: Equilibrium, goal: CellTarget, period: float) -> CellTarget:

@@ -53,15 +53,18 @@ class CellEquations:
     def __init__(
         self, geometry: ActuatorGeometry, material: Ogden, winding: Winding, thread: Thread, level: MeshLevel
     ) -> None:
+        winding.refuse_overlap(thread)
         self.mesh = body_mesh(geometry, winding.period, level)
-        self.helical = HelicalMap(self.mesh)
+        # Threads begin where their circumference is clear of the bottom face, and so end in the next period.
+        cylinder = (geometry.winding_diameter / 2.0, winding.period, level.around, thread.radius)
+        ends = [line[:, 2].max() for line in winding.polylines(*cylinder)]
+        overlap = max(ends, default=0.0) + thread.radius - winding.period
+        self.helical = HelicalMap(self.mesh, max(overlap, 0.0) * MILLIMETRE)
         self.period = self.helical.period
         #: Length of the rod's axis on which closest points are sought [mm].
         self.reach = 2.0 * self.period
         self.solid = SolidElements(self.mesh, material)
-        self.thread = ThreadSegments(
-            self.mesh, winding, thread, geometry.winding_diameter / 2.0, winding.period, level.around
-        )
+        self.thread = ThreadSegments(self.helical.continued, winding, thread, *cylinder)
         self.chambers = [Chamber(self.mesh, name) for name in CHAMBERS]
         self.walls = WallContact(self.mesh.points, np.concatenate([c.quads for c in self.chambers]))
         radius = geometry.cavity_diameter / 2.0 * MILLIMETRE
@@ -76,9 +79,8 @@ class CellEquations:
         self.pattern = SparsePattern(self.size, groups, self._gauge_entries[:2])
 
     def _rod_contact(self, radius: float) -> RodContact:
-        areas = np.bincount(
-            self.helical.base, weights=self.mesh.nodal_areas(CAVITY), minlength=self.helical.count
-        )
+        base = self.helical.base[: len(self.mesh.points)]
+        areas = np.bincount(base, weights=self.mesh.nodal_areas(CAVITY), minlength=self.helical.count)
         cavity = self.mesh.nodes(CAVITY)
         nodes = cavity[~self.helical.is_image[cavity]]
         free = self.helical.base[nodes]

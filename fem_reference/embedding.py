@@ -10,6 +10,7 @@ import math
 import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 from fem_reference.mesh import BodyMesh
 from fem_reference.reference_element import reference_element
@@ -51,11 +52,7 @@ def embed_circles(mesh: BodyMesh, centres: Float[np.ndarray, "points 3"], radius
     z = mesh.points[:, 2]
     room = np.minimum(centres[:, 2] - z.min(), z.max() - centres[:, 2])
     flattening = np.clip(room / radius, 0.0, 1.0)
-    tangent = np.gradient(centres, axis=0)
-    if np.array_equal(centres[0], centres[-1]):
-        # A ring has no ends: its last circle is the first.
-        tangent[[0, -1]] = centres[1] - centres[-2]
-    tangent = _unit(tangent)
+    tangent = _unit(_tangents(centres))
     outward = centres * [1.0, 1.0, 0.0]
     outward = _unit(outward - np.einsum("pi,pi->p", outward, tangent)[:, None] * tangent)
     across = np.cross(tangent, outward)
@@ -82,6 +79,15 @@ def merged(
         np.array([np.resize(unique, width) for unique, _ in sums]),
         np.array([np.pad(total, (0, width - len(total))) for _, total in sums]),
     )
+
+
+def _tangents(line: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, "points 3"]:
+    """Along a thread at its points. It winds evenly: beyond its ends it goes on as the turns at hand do."""
+    chords = np.diff(line, axis=0)
+    azimuth = np.arctan2(line[[0, 1, -2, -1], 1], line[[0, 1, -2, -1], 0])
+    before = Rotation.from_rotvec([0.0, 0.0, azimuth[0] - azimuth[1]]).apply(chords[0])
+    after = Rotation.from_rotvec([0.0, 0.0, azimuth[3] - azimuth[2]]).apply(chords[-1])
+    return np.vstack([before, chords]) + np.vstack([chords, after])
 
 
 def _unit(vectors: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:

@@ -18,9 +18,11 @@ class HelicalMap:
     Parameters
     ----------
     mesh : one period of the body [mm], the nodes of its top face straight above those of its bottom face.
+    overlap : how far above the top face the next period is needed too [mm]. Its nodes there, images of those
+        above the bottom face, are numbered after the mesh's own.
     """
 
-    def __init__(self, mesh: BodyMesh) -> None:
+    def __init__(self, mesh: BodyMesh, overlap: float = 0.0) -> None:
         points = mesh.points
         self.period = float(points[:, 2].max())
         bottom = mesh.nodes(BOTTOM)
@@ -32,21 +34,50 @@ class HelicalMap:
             raise ValueError(
                 f"mesh: top and bottom faces differ by {mismatch:g} mm; expected an extruded mesh"
             )
-        self.is_image = np.zeros(len(points), dtype=bool)
-        self.is_image[top] = True
-        self.independent = np.flatnonzero(~self.is_image)
+        is_top = np.zeros(len(points), dtype=bool)
+        is_top[top] = True
+        self.independent = np.flatnonzero(~is_top)
         self.count = len(self.independent)
+        above, next_cells = _next_period(mesh, overlap)
         #: Number, among the independent nodes, of every node or of the node that it is the image of.
         self.base = np.full(len(points), -1)
         self.base[self.independent] = np.arange(self.count)
         self.base[top] = self.base[bottom]
-        self.images = top
-        self.sources = self.base[top]
+        self.base = np.append(self.base, self.base[above])
+        self.is_image = np.append(is_top, np.ones(len(above), dtype=bool))
+        self.images = np.flatnonzero(self.is_image)
+        self.sources = self.base[self.images]
+        # In the next period, the bottom face's nodes are the top face's, and those above it the new ones.
+        renumbered = np.arange(len(points))
+        renumbered[bottom] = top
+        renumbered[above] = len(points) + np.arange(len(above))
+        #: The mesh in linear hexahedra, and those of the next period as far as the overlap.
+        self.continued = BodyMesh(
+            np.concatenate([points, points[above] + [0.0, 0.0, self.period]]),
+            np.concatenate([mesh.cells, renumbered[next_cells]]),
+            {},
+        )
 
     def reduced_dofs(self, connectivity: Int[np.ndarray, "blocks nodes"]) -> Int[np.ndarray, "blocks dofs"]:
         """Degrees of freedom of the independent nodes behind each node of ``connectivity``."""
         base = self.base[connectivity]
         return (3 * base[:, :, None] + np.arange(3)).reshape(len(base), 3 * base.shape[1])
+
+
+def _next_period(
+    mesh: BodyMesh, overlap: float
+) -> tuple[Int[np.ndarray, " nodes"], Int[np.ndarray, "cells 8"]]:
+    """Nodes above the bottom face, and the linear hexahedra on them, up to a height that covers an overlap."""
+    height = mesh.points[:, 2]
+    levels = np.unique(np.round(height, 9))
+    if overlap > levels[-2]:
+        raise ValueError(
+            f"winding: got a period of {levels[-1]:g} mm in {len(levels) - 1} layers of nodes and a thread that "
+            f"ends {overlap:.3g} mm above it, expected at most {levels[-2]:g} mm; take shorter elements"
+        )
+    reached = levels[np.searchsorted(levels, overlap)] + 1e-9
+    cells = mesh.cells[(height[mesh.cells] <= reached).all(axis=1)]
+    return np.flatnonzero((height > 1e-9) & (height <= reached)), cells
 
 
 class HelicalFrame:

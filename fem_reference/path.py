@@ -15,7 +15,7 @@ from jaxtyping import Float
 from fem_reference.creep import creep
 from fem_reference.linear_solver import SymmetricSolver
 from fem_reference.newton import solve_equilibrium
-from fem_reference.problem import Equilibrium, NewtonError, Problem
+from fem_reference.problem import Equilibrium, NewtonError, Problem, UnstableError
 
 _LOG = logging.getLogger(__name__)
 
@@ -42,12 +42,14 @@ class PathError(ArithmeticError):
     ----------
     message : why.
     last, target : last equilibrium, and what it is under.
+    unstable : whether it is because walls lose their balance, and the body was not to creep.
     """
 
-    def __init__(self, message: str, last: Equilibrium, target: Any) -> None:
+    def __init__(self, message: str, last: Equilibrium, target: Any, unstable: bool = False) -> None:
         super().__init__(message)
         self.last = last
         self.target = target
+        self.unstable = unstable
 
 
 @dataclass(frozen=True)
@@ -76,6 +78,7 @@ class PathFollower:
     problem, solver : what is in equilibrium, and the linear solver.
     equilibrium, target : where the path starts: an equilibrium and what it is under.
     memory : of the path that led here, or the length of a first step in the measure of the target's ``to``.
+    creeps : whether the body is left to creep where walls lose their balance; if not, the path ends there.
     """
 
     def __init__(
@@ -85,6 +88,7 @@ class PathFollower:
         equilibrium: Equilibrium,
         target: Any,
         memory: PathMemory | float = 1.0,
+        creeps: bool = True,
     ) -> None:
         self.problem = problem
         self.solver = solver
@@ -97,8 +101,10 @@ class PathFollower:
             memory = PathMemory(memory, [], np.zeros(0))
         self.step, self._earlier, self._heading = memory.step, memory.earlier, memory.heading
         self._longest = memory.longest
-        # Whether the solver's factors are no longer those of the equilibrium at hand.
-        self._failed = False
+        self._creeps = creeps
+        # Whether the solver's factors are no longer those of the equilibrium at hand, and whether that is for
+        # a loss of balance.
+        self._failed = self._unstable = False
 
     @property
     def memory(self) -> PathMemory:
@@ -139,7 +145,15 @@ class PathFollower:
             failed.append((target, step))
             self.step, self._longest = 0.5 * step, _BELOW_FAILED * step
             if len(failed) > _HALVINGS or self.step < _SMALLEST:
-                if self._creep(*failed[0]):
+                if not self._creeps and self._unstable:
+                    raise PathError(
+                        f"walls lose their balance within {step:.2g} kPa or so of pressures "
+                        f"{np.round(self.target.pressure * 1e3, 3)} kPa",
+                        self.equilibrium,
+                        self.target,
+                        unstable=True,
+                    )
+                if self._creeps and self._creep(*failed[0]):
                     done, failed = done + failed[0][1], []
                 elif self.step < _SMALLEST:
                     raise PathError(
@@ -181,7 +195,7 @@ class PathFollower:
             found = solve_equilibrium(self.problem, self.solver, target, start, inertia)
         except NewtonError as error:
             _LOG.debug("a step of %.3g failed: %s", step, error)
-            self._failed = True
+            self._failed, self._unstable = True, isinstance(error, UnstableError)
             return False
         self._failed = False
         earlier = [(at, 0.0), *self._earlier][:_STATES]

@@ -30,10 +30,11 @@ class ThreadSegments:
 
     Parameters
     ----------
-    mesh : host mesh [mm], between z = 0 and z = ``length``.
+    mesh : host mesh [mm]; the threads' circumferences lie within, but for those flattened at its end faces.
     winding : layout; thread : its elasticity.
     radius, length : of the winding's cylinder [m].
     points_per_turn : segments per turn of a helix, or of a ring; about one per distance of nodes.
+    start : height from which on the threads lie [m].
 
     Raises
     ------
@@ -49,13 +50,14 @@ class ThreadSegments:
         radius: float,
         length: float,
         points_per_turn: int,
+        start: float = 0.0,
     ) -> None:
         winding.refuse_overlap(thread)
         self.axial_stiffness = thread.axial_stiffness
         hosts, weights, self.polylines = [], [], []
         count = 0
         pairs = []
-        for line in winding.polylines(radius, length, points_per_turn):
+        for line in winding.polylines(radius, length, points_per_turn, start):
             points = line * _MILLIMETRE
             if thread.coupling == "circumference":
                 host, weight = embed_circles(mesh, points, thread.radius * _MILLIMETRE)

@@ -37,11 +37,12 @@ def write_vtk(cell: PeriodCell, state: CellState, file: str | Path, periods: int
     if periods < 1:
         raise ValueError(f"periods: got {periods}, expected at least 1")
     equations = cell.equations
-    rest = np.concatenate([equations.mesh.points, equations.thread.points(equations.mesh.points)])
+    body_points = equations.mesh.points
+    rest = np.concatenate([body_points, equations.thread.points(equations.helical.continued.points)])
     nodes = equations.all_positions(state.configuration)
-    moved = np.concatenate([nodes, equations.thread.points(nodes)])
+    moved = np.concatenate([nodes[: len(body_points)], equations.thread.points(nodes)])
     hexes = equations.mesh.cells[:, VTK_HEXAHEDRON]
-    lines = len(nodes) + equations.thread.segments
+    lines = len(body_points) + equations.thread.segments
     turn, shift = equations.period_motion(state.configuration)
 
     at_rest, deformed, hex_cells, line_cells = [], [], [], []

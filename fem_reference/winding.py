@@ -78,11 +78,14 @@ class Winding(abc.ABC):
         """Raise a ValueError, which names the argument, where neighbouring turns of the thread overlap."""
 
     @abc.abstractmethod
-    def polylines(self, radius: float, length: float, points_per_turn: int) -> list[Float[np.ndarray, "_ 3"]]:
-        """Return the threads between z = 0 and z = ``length`` on a cylinder of ``radius`` [m].
+    def polylines(
+        self, radius: float, length: float, points_per_turn: int, start: float = 0.0
+    ) -> list[Float[np.ndarray, "_ 3"]]:
+        """Return a ``length`` of the threads on a cylinder of ``radius`` [m], from z = ``start`` on.
 
         Each thread is an array of points [m]; consecutive points are joined by straight segments. A closed
-        thread ends on the point that it starts from. Any length will do: nothing is stretched to fit it.
+        thread ends on the point that it starts from. Any length will do: nothing is stretched to fit it. A
+        helix starts at the first of its points, as counted from z = 0, that is not below ``start``.
 
         Raises
         ------
@@ -124,15 +127,18 @@ class _CrossedHelices(Winding):
         smallest = self._pairs * thread.diameter
         _refuse_close("pitch", self.pitch, smallest, thread)
 
-    def polylines(self, radius: float, length: float, points_per_turn: int) -> list[Float[np.ndarray, "_ 3"]]:
+    def polylines(
+        self, radius: float, length: float, points_per_turn: int, start: float = 0.0
+    ) -> list[Float[np.ndarray, "_ 3"]]:
         """Return the threads; see `Winding.polylines`. A helix ends where the length does, within a turn."""
         _refuse_coarse(points_per_turn)
         segments = max(1, round(points_per_turn * length / self.pitch))
-        z = np.linspace(0.0, length, segments + 1)
+        skipped = math.ceil(start * segments / length - _ROUND_OFF)
+        z = np.linspace(0.0, length, segments + 1) + skipped * length / segments
         threads = []
-        for start in self.psi + 2.0 * math.pi / self._pairs * np.arange(self._pairs):
+        for first in self.psi + 2.0 * math.pi / self._pairs * np.arange(self._pairs):
             for hand in (+1.0, -1.0):
-                azimuth = start + hand * 2.0 * math.pi * z / self.pitch
+                azimuth = first + hand * 2.0 * math.pi * z / self.pitch
                 threads.append(np.column_stack([radius * np.cos(azimuth), radius * np.sin(azimuth), z]))
         return threads
 
@@ -204,7 +210,9 @@ class Ring(Winding):
         """See `Winding.refuse_overlap`."""
         _refuse_close("spacing", self.spacing, thread.diameter, thread)
 
-    def polylines(self, radius: float, length: float, points_per_turn: int) -> list[Float[np.ndarray, "_ 3"]]:
+    def polylines(
+        self, radius: float, length: float, points_per_turn: int, start: float = 0.0
+    ) -> list[Float[np.ndarray, "_ 3"]]:
         """Return the rings; see `Winding.polylines`."""
         _refuse_coarse(points_per_turn)
         if self.spacing > length * (1.0 + _ROUND_OFF):
@@ -214,8 +222,10 @@ class Ring(Winding):
         azimuth = np.linspace(0.0, 2.0 * math.pi, points_per_turn + 1)
         circle = radius * np.column_stack([np.cos(azimuth), np.sin(azimuth)])
         circle[-1] = circle[0]
-        count = math.floor(length / self.spacing + 0.5 + _ROUND_OFF)
-        heights = np.minimum(self.spacing * (np.arange(count) + 0.5), length)
+        end = start + length
+        first = math.ceil(start / self.spacing - 0.5 - _ROUND_OFF)
+        last = math.floor(end / self.spacing - 0.5 + _ROUND_OFF)
+        heights = np.clip(self.spacing * (np.arange(first, last + 1) + 0.5), start, end)
         return [np.column_stack([circle, np.full(len(circle), z)]) for z in heights]
 
 
@@ -238,7 +248,9 @@ class NoWinding(Winding):
     def refuse_overlap(self, thread: Thread) -> None:
         """Nothing overlaps."""
 
-    def polylines(self, radius: float, length: float, points_per_turn: int) -> list[Float[np.ndarray, "_ 3"]]:
+    def polylines(
+        self, radius: float, length: float, points_per_turn: int, start: float = 0.0
+    ) -> list[Float[np.ndarray, "_ 3"]]:
         """Return an empty list."""
         return []
 

@@ -1,10 +1,11 @@
 """Find a calibration, shipped or given, and make a rod of it."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 from rodmodel._rod import Rod
-from rodmodel.calibration_file import Calibration, Domain, read_calibration
+from rodmodel.calibration_file import Calibration, read_calibration
 from rodmodel.section import SectionLaw, TurnedLaw
 
 _SHIPPED = Path(__file__).parent / "calibrations"
@@ -76,7 +77,7 @@ def _rod(calibration: Calibration, turns: int) -> Rod:
         law = TurnedLaw(law, turns)
         # Chamber 1 + turns of the rod is chamber 1 of the calibration.
         first, second, third = (domain.pressure_max[(chamber - turns) % 3] for chamber in range(3))
-        domain = Domain((first, second, third), domain.pressure_sum_max, domain.moment_max)
+        domain = replace(domain, pressure_max=(first, second, third))
     return Rod(law, calibration.actuator, domain, calibration.angle_error)
 
 

@@ -128,6 +128,7 @@ def calibration_record(calibration: Calibration) -> dict[str, Any]:
         "pressure_max_kpa": [1e-3 * pressure for pressure in domain.pressure_max],
         "pressure_sum_max_kpa": 1e-3 * domain.pressure_sum_max,
         "moment_max_nmm": 1e3 * domain.moment_max,
+        "torque_max_nmm": 1e3 * domain.moment_axes[2],
         "error": {
             "bending_angle_deg": {name: math.degrees(angle[name]) for name in ("median", "p95", "worst")}
         },
@@ -145,7 +146,7 @@ def calibration_text(record: dict[str, Any]) -> str:
             f"psi {record['psi_deg']:g} deg and every {record['psi_step_deg']:g} deg from it",
             f"  pressures  up to {first:g}, {second:g}, {third:g} kPa in chambers 1, 2, 3, "
             f"{record['pressure_sum_max_kpa']:g} kPa in sum",
-            f"  moments    up to {record['moment_max_nmm']:g} N mm",
+            f"  moments    up to {record['moment_max_nmm']:g} N mm, torques {record['torque_max_nmm']:g} N mm",
             "  error      of the bending angle against the FEM, held-out states: "
             f"median {angle['median']:.2g}, 95th percentile {angle['p95']:.2g}, "
             f"worst {angle['worst']:.2g} deg",

@@ -7,7 +7,8 @@
      "section_law": {"kind": "free-state-expansion", "pressure_scale_pa", "pressure_warp_pa" (number or null),
                      "curvature_scale_per_m", "energy_scale_n", "rest_volume_m2", "mirror",
                      "weights" (one matrix a layer), "biases" (one vector a layer)},
-     "domain": {"pressure_max_pa" (three), "pressure_sum_max_pa", "moment_max_nm"},
+     "domain": {"pressure_max_pa" (three), "pressure_sum_max_pa", "moment_max_nm",
+                "torque_max_nm" (null where it is the same)},
      "error": {"free_bending_angle_rad": {"median", "p95", "worst"}, ...},
      "provenance": {...}}
 
@@ -68,12 +69,20 @@ class Actuator:
 class Domain:
     """Loads inside which the law was calibrated.
 
-    Each chamber's pressure [Pa], the sum of the three [Pa], and the norm of the moment on a section [N m].
+    Each chamber's pressure [Pa], the sum of the three [Pa], and the moment on a section: an ellipsoid with
+    the largest bending moment and the largest torque [N m] as half axes, or a ball where no torque is given.
     """
 
     pressure_max: tuple[float, float, float]
     pressure_sum_max: float
     moment_max: float
+    torque_max: float | None = None
+
+    @property
+    def moment_axes(self) -> tuple[float, float, float]:
+        """Half axes of the ellipsoid of moments, body frame [N m]."""
+        torque = self.moment_max if self.torque_max is None else self.torque_max
+        return self.moment_max, self.moment_max, torque
 
     def covers_pressure(self, pressure: Sequence[float] | np.ndarray | Array) -> Bool[ArrayLike, ""]:
         """Whether three pressures [Pa] are inside, the rounding of a change of units left aside."""
@@ -83,7 +92,7 @@ class Domain:
 
     def covers_moment(self, moment: Float[Array, "3"]) -> Bool[Array, ""]:
         """Whether a moment [N m] is inside."""
-        return jnp.sum(moment**2) <= (_SLACK * self.moment_max) ** 2
+        return jnp.sum((moment / jnp.asarray(self.moment_axes)) ** 2) <= _SLACK**2
 
 
 @dataclass(frozen=True)
@@ -134,7 +143,8 @@ def read_calibration(path: str | Path) -> Calibration:
         domain=Domain(
             pressure_max=domain.three_positive("pressure_max_pa"),
             pressure_sum_max=domain.positive("pressure_sum_max_pa"),
-            moment_max=domain.not_negative("moment_max_nm"),
+            moment_max=domain.positive("moment_max_nm"),
+            torque_max=domain.positive_or_none("torque_max_nm"),
         ),
         error=error.content,
         provenance=record.record("provenance").content,
@@ -174,6 +184,7 @@ def save_calibration(calibration: Calibration, path: str | Path) -> None:
             "pressure_max_pa": list(calibration.domain.pressure_max),
             "pressure_sum_max_pa": calibration.domain.pressure_sum_max,
             "moment_max_nm": calibration.domain.moment_max,
+            "torque_max_nm": calibration.domain.torque_max,
         },
         "error": dict(calibration.error),
         "provenance": dict(calibration.provenance),

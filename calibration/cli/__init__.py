@@ -62,6 +62,7 @@ def _run(options: argparse.Namespace, command: str) -> int:
             tuple(1e3 * p for p in options.pressure_max_kpa),
             1e3 * options.pressure_sum_max_kpa,
             1e-3 * options.moment_max_nmm,
+            1e-3 * options.torque_max_nmm,
         ),
         paths=options.paths,
         seed=options.seed,
@@ -173,16 +174,12 @@ def _dataset(options: argparse.Namespace) -> Any:
     except DatasetError as error:
         raise BadInputError(str(error)) from error
     made_for = attributes(dataset)["domain"]
-    each, total, moment = (
-        tuple(made_for["pressure_max"]),
-        made_for["pressure_sum_max"],
-        made_for["moment_max"],
-    )
+    each, total = tuple(made_for["pressure_max"]), made_for["pressure_sum_max"]
     if getattr(options, "pressure_max_kpa", None) is not None:
         each = tuple(1e3 * p for p in options.pressure_max_kpa)
     if getattr(options, "pressure_sum_max_kpa", None) is not None:
         total = 1e3 * options.pressure_sum_max_kpa
-    return dataset, Domain(each, total, moment)
+    return dataset, Domain(each, total, made_for["moment_max"], made_for["torque_max"])
 
 
 def _tell(options: argparse.Namespace, answer: dict[str, Any], error: dict[str, Any]) -> None:
@@ -208,8 +205,9 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("--workers", type=count, default=2, help="processes, one thread each")
     run.add_argument("--paths", type=count, default=100, help="loading paths, every fifth of them held out")
     run.add_argument("--seed", type=int, default=0, help="of the design")
-    run.add_argument("--moment-max-nmm", type=positive, default=2.0, help="largest external moment [N mm]")
-    _domain_options(run, (70.0, 50.0, 50.0), 100.0)
+    run.add_argument("--moment-max-nmm", type=positive, default=6.6, help="largest bending moment [N mm]")
+    run.add_argument("--torque-max-nmm", type=positive, default=3.3, help="largest torque [N mm]")
+    _domain_options(run, (70.0, 70.0, 70.0), 120.0)
     run.set_defaults(command=_run)
 
     fit = commands.add_parser("fit", help="fit the section law and write the calibration file")

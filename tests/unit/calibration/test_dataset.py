@@ -37,9 +37,11 @@ def test_attributes_come_back_as_they_were_given(dataset):
         "pressure_max": [70e3, 50e3, 50e3],
         "pressure_sum_max": 100e3,
         "moment_max": 2e-3,
+        "torque_max": None,
     }
     assert run["material"] == {"bulk_modulus": 1e8}
     assert run["failures"] == {}
+    assert run["unstable"] == {}
 
 
 def test_failed_paths_are_named_with_what_was_reached(dataset, tmp_path):

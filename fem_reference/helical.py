@@ -67,13 +67,13 @@ class HelicalMap:
 def _next_period(
     mesh: BodyMesh, overlap: float
 ) -> tuple[Int[np.ndarray, " nodes"], Int[np.ndarray, "cells 8"]]:
-    """Nodes above the bottom face, and the linear hexahedra on them, up to a height that covers an overlap."""
+    """Nodes above the bottom face, and the linear hexahedra on them, up to where they cover an overlap."""
     height = mesh.points[:, 2]
     levels = np.unique(np.round(height, 9))
     if overlap > levels[-2]:
         raise ValueError(
-            f"winding: got a period of {levels[-1]:g} mm in {len(levels) - 1} layers of nodes and a thread that "
-            f"ends {overlap:.3g} mm above it, expected at most {levels[-2]:g} mm; take shorter elements"
+            f"winding: got a period of {levels[-1]:g} mm in {len(levels) - 1} layers of nodes and a thread "
+            f"that ends {overlap:.3g} mm above it, expected at most {levels[-2]:g} mm; take shorter elements"
         )
     reached = levels[np.searchsorted(levels, overlap)] + 1e-9
     cells = mesh.cells[(height[mesh.cells] <= reached).all(axis=1)]

@@ -146,7 +146,8 @@ def calibration_text(record: dict[str, Any]) -> str:
             f"psi {record['psi_deg']:g} deg and every {record['psi_step_deg']:g} deg from it",
             f"  pressures  up to {first:g}, {second:g}, {third:g} kPa in chambers 1, 2, 3, "
             f"{record['pressure_sum_max_kpa']:g} kPa in sum",
-            f"  moments    up to {record['moment_max_nmm']:g} N mm, torques {record['torque_max_nmm']:g} N mm",
+            f"  moments    up to {record['moment_max_nmm']:g} N mm, "
+            f"torques up to {record['torque_max_nmm']:g} N mm",
             "  error      of the bending angle against the FEM, held-out states: "
             f"median {angle['median']:.2g}, 95th percentile {angle['p95']:.2g}, "
             f"worst {angle['worst']:.2g} deg",

@@ -207,7 +207,7 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("--seed", type=int, default=0, help="of the design")
     run.add_argument("--moment-max-nmm", type=positive, default=6.6, help="largest bending moment [N mm]")
     run.add_argument("--torque-max-nmm", type=positive, default=3.3, help="largest torque [N mm]")
-    _domain_options(run, (70.0, 70.0, 70.0), 120.0)
+    _domain_options(run, (60.0, 60.0, 60.0), 110.0)
     run.set_defaults(command=_run)
 
     fit = commands.add_parser("fit", help="fit the section law and write the calibration file")

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from fem_reference import Actuator, ActuatorGeometry, ActuatorLoad, DoubleHelix, Load, PeriodCell
+from fem_reference import Actuator, ActuatorGeometry, ActuatorLoad, Load, PeriodCell
 from fem_reference.actuator_run import ActuatorRun, RunError
 from fem_reference.actuator_shape import bending
 from tests.fem_fixtures import TINY

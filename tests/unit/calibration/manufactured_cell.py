@@ -6,7 +6,7 @@ symmetry of the section.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import jax
@@ -99,10 +99,14 @@ class ManufacturedTracer:
     ----------
     fails_beyond : pressure sum [Pa] past which no step is possible.
     largest_step : pressure step [Pa] past which a step fails, though a smaller one would not.
+    snaps_beyond : pressure sum [Pa] at which walls would lose their balance.
+    saddle_beyond : pressure sum [Pa] past which states are not stable.
     """
 
     fails_beyond: float = np.inf
     largest_step: float = np.inf
+    snaps_beyond: float = np.inf
+    saddle_beyond: float = np.inf
 
     def __call__(self):
         """Return the continuation."""
@@ -116,5 +120,7 @@ def _trace(settings: ManufacturedTracer, loads, start):
         step = np.abs(np.asarray(load.pressure) - before).max()
         if sum(load.pressure) > settings.fails_beyond or step > settings.largest_step:
             raise CellError(f"no step to {load.pressure}", last_good=start)
-        start = solve(load, start)
+        if sum(load.pressure) > settings.snaps_beyond:
+            raise CellError("walls lose their balance", last_good=start, unstable=True)
+        start = replace(solve(load, start), stable=sum(load.pressure) <= settings.saddle_beyond)
         yield start

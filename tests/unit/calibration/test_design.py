@@ -6,7 +6,7 @@ import pytest
 from calibration.design import MOMENT_STEPS, design_paths, edge, inside
 from rodmodel import Domain
 
-DOMAIN = Domain((70e3, 50e3, 50e3), 100e3, 2e-3)
+DOMAIN = Domain((70e3, 50e3, 50e3), 100e3, 2e-3, 1e-3)
 STEP = 3e3
 
 
@@ -29,8 +29,8 @@ def test_steps_are_no_larger_than_asked_and_begin_at_rest(paths):
     for path in paths:
         pressure, moment = (np.vstack([np.zeros(3), values]) for values in loads_of(path))
         assert np.abs(np.diff(pressure, axis=0)).max() <= STEP * (1 + 1e-9), path.name
-        steps = np.linalg.norm(np.diff(moment, axis=0), axis=1)
-        assert steps.max() <= DOMAIN.moment_max / MOMENT_STEPS * (1 + 1e-9), path.name
+        steps = np.linalg.norm(np.diff(moment, axis=0) / DOMAIN.moment_axes, axis=1)
+        assert steps.max() <= 1.0 / MOMENT_STEPS * (1 + 1e-9), path.name
 
 
 def test_a_seed_always_gives_the_same_paths_and_another_seed_others(paths):
@@ -58,6 +58,15 @@ def test_training_reaches_the_edge_in_each_named_direction(paths):
     for direction in ((1, 0, 0), (0, 1, 0), (1, 1, 0), (0, 1, 1), (1, 1, 1)):
         limit = edge(DOMAIN, np.array(direction, dtype=float))
         assert min(np.linalg.norm(end - limit) for end in ends) < 1e-6, direction
+
+
+def test_directions_of_pressure_are_spread_over_all_shares(paths):
+    """Of the triangle of shares, cut into 36 alike, none is left without a path of its own."""
+    ends = np.array([loads_of(path)[0][-1] for path in paths if path.role == "train"])
+    shares = ends[ends.sum(axis=1) > 0]
+    shares = 6.0 * shares / shares.sum(axis=1, keepdims=True) * (1.0 - 1e-9)
+    cells = {tuple(cell) for cell in np.floor(shares).astype(int).tolist() if sum(cell) >= 4}
+    assert len(cells) == 36
 
 
 def test_chamber_3_alone_is_run_only_where_it_is_no_mirror_image_of_chamber_2():

@@ -80,6 +80,22 @@ def test_a_path_that_cannot_go_on_keeps_its_states_and_says_where_it_ended(tmp_p
     assert 14e3 - 25e3 / 8 / RETRY_SUBDIVISION < reached <= 14e3
 
 
+@pytest.mark.parametrize(
+    ("tracer", "found"),
+    [(ManufacturedTracer(snaps_beyond=14e3), 4), (ManufacturedTracer(saddle_beyond=14e3), 5)],
+)
+def test_a_path_ends_where_stability_is_lost(tmp_path, tracer, found):
+    """At 15.6 kPa, the fifth load. A saddle is on file, a snap leaves nothing; neither is tried again."""
+    file = tmp_path / "ramp.jsonl"
+    trace_path(tracer(), ramp(), file)
+    record = read_path(file)
+    assert record.lost_stability
+    assert not record.failed
+    assert record.end["attempts"] == 1
+    assert [state["pressure"] for state in record.states] == [list(x.pressure) for x in ramp().loads[:found]]
+    assert record.end["unstable"]["pressure"] == record.states[-1]["pressure"]
+
+
 def test_a_step_that_was_too_large_is_taken_in_smaller_ones(tmp_path):
     file = tmp_path / "ramp.jsonl"
     trace_path(ManufacturedTracer(largest_step=1e3)(), ramp(), file)  # the ramp steps by 2.5 kPa

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from fem_reference import ActuatorGeometry, Ogden
-from fem_reference.helical import HelicalMap
+from fem_reference.helical import HelicalFrame, HelicalMap
 from fem_reference.mesh import BOTTOM, TOP, BodyMesh, actuator_mesh, body_mesh
 from fem_reference.reference_element import reference_element
+from fem_reference.screw import screw_series
 from fem_reference.section import CAVITY, CHAMBERS, OUTER, MeshLevel
 from fem_reference.solid import SolidElements
 from tests.fem_fixtures import TINY, element_faces, tiny_equations
@@ -130,3 +131,25 @@ def test_a_mesh_whose_ends_do_not_match_has_no_helical_map(mesh):
     points[mesh.nodes(TOP), 0] += 1e-3
     with pytest.raises(ValueError, match=r"^mesh: top and bottom faces differ by 0.001 mm"):
         HelicalMap(dataclasses.replace(mesh, points=points))
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_the_next_period_continues_the_mesh_without_a_seam(order):
+    """Its hexahedra are those above the bottom face, a period higher; its nodes move with their images."""
+    mesh = body_mesh(ActuatorGeometry(), 3e-3, dataclasses.replace(TINY, order=order))
+    layer = np.unique(np.round(mesh.points[:, 2], 9))[1]
+    helical = HelicalMap(mesh, overlap=0.5 * layer)
+    continued = helical.continued
+    added = continued.cells[len(mesh.cells) :]
+    own = mesh.cells[(mesh.points[mesh.cells, 2] <= layer + 1e-9).all(axis=1)]
+    np.testing.assert_allclose(continued.points[added], mesh.points[own] + [0.0, 0.0, 3.0], atol=1e-12)
+    # Every place has one node.
+    assert len(np.unique(np.round(continued.points, 6), axis=0)) == len(continued.points)
+    rest = mesh.points[helical.independent]
+    frame = HelicalFrame(helical, rest, screw_series(np.zeros(3), 6.0))
+    np.testing.assert_allclose(frame.positions, continued.points, atol=1e-12)
+
+
+def test_a_thread_that_ends_too_far_into_the_next_period_is_refused(mesh):
+    with pytest.raises(ValueError, match=r"^winding: got a period of 3 mm .* expected at most"):
+        HelicalMap(mesh, overlap=2.99)

@@ -32,11 +32,11 @@ def jumps(monkeypatch) -> Jumps:
     return record
 
 
-def follower(problem: Diagonal, start: float) -> PathFollower:
+def follower(problem: Diagonal, start: float, creeps: bool = True) -> PathFollower:
     """At the unloaded equilibrium that is found from ``start``."""
     solver, unloaded = PardisoSolver(), Push(np.zeros(problem.pattern.size))
     at = solve_equilibrium(problem, solver, unloaded, np.full(problem.pattern.size, start))
-    return PathFollower(problem, solver, at, unloaded)
+    return PathFollower(problem, solver, at, unloaded, creeps=creeps)
 
 
 def test_up_to_the_fold_the_near_branch_is_followed(jumps):
@@ -63,6 +63,19 @@ def test_beyond_the_fold_the_path_jumps_to_the_far_branch_and_goes_on(jumps):
     # Once, for a load beyond the fold, and no farther beyond than a step.
     (load,) = jumps.loads
     assert FOLD < load <= 0.5
+
+
+def test_a_path_that_is_not_to_jump_ends_below_the_fold(jumps):
+    along = follower(double_well(reach=0.1), -1.0, creeps=False)
+    with pytest.raises(PathError, match=r"^walls lose their balance") as caught:
+        along.follow(Push(np.full(1, 0.5)))
+    assert caught.value.unstable
+    assert jumps.loads == []
+    last = float(caught.value.target.pressure[0])
+    assert last < FOLD
+    np.testing.assert_allclose(
+        caught.value.last.configuration, well_minimum(last, -1.0), rtol=0, atol=SETTLED
+    )
 
 
 def test_on_the_way_back_the_far_branch_is_kept_to_its_own_fold(jumps):

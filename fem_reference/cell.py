@@ -257,9 +257,14 @@ def follow(
     except NewtonError as error:
         raise CellError(f"the cell did not converge at the start: {error}", state) from error
     except PathError as error:
-        last = solve_equilibrium(problem, solver, error.target, error.last.configuration)
+        message = f"the cell did not converge: {error}"
+        try:
+            last = solve_equilibrium(problem, solver, error.target, error.last.configuration)
+        except NewtonError:
+            # On the verge of an instability even the last equilibrium may not converge anew.
+            raise CellError(message, state, error.unstable) from error
         reached = cell._state(_load_of(error.target), last, error.target, 0, follower.jumped)
-        raise CellError(f"the cell did not converge: {error}", reached, error.unstable) from error
+        raise CellError(message, reached, error.unstable) from error
 
 
 def _restated(here: CellTarget, at: Equilibrium, goal: CellTarget, period: float) -> CellTarget:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from rodmodel import Actuator, Calibration, Domain, FreeStateExpansion, Layout
+from rodmodel import Actuator, Calibration, Domain, Layout, RidgeNetwork
 
 # Platinum-cured silicone of this stiffness; the paper gives no density. The rod in the cavity counts the
 # same.
@@ -31,7 +31,7 @@ def actuator_of(geometry: Mapping[str, float], body_area: float) -> Actuator:
 
 
 def calibration_of(
-    law: FreeStateExpansion,
+    law: RidgeNetwork,
     domain: Domain,
     error: Mapping[str, Any],
     run: Mapping[str, Any],

@@ -119,7 +119,7 @@ class NetworkInCurvature(_Contracted):
         return (last(x))[0]
 
 
-def network_law(scales: Scales, seed: int, hidden: int = 32) -> NetworkLaw:
+def network_law(scales: Scales, seed: int, hidden: int = 24) -> NetworkLaw:
     """A 6–hidden–hidden–1 network before training."""
     layers = eqx.nn.MLP(6, 1, hidden, 2, activation=jnp.tanh, key=jax.random.PRNGKey(seed))
     return NetworkLaw(layers, scales.curvature, scales.pressure, scales.energy, scales.rest_volume)
@@ -128,17 +128,6 @@ def network_law(scales: Scales, seed: int, hidden: int = 32) -> NetworkLaw:
 def _bias(layer: eqx.nn.Linear) -> Array:
     assert layer.bias is not None  # these networks have biases
     return layer.bias
-
-
-def derivatives(law: SectionLaw, curvature: Array, pressure: Array) -> tuple[Array, Array, Array]:
-    """Value, gradient and Hessian of any law by automatic differentiation, as `expansion.derivatives`."""
-
-    def of_y(y: Array) -> Array:
-        return law.potential(y[:3], y[3:])
-
-    y = jnp.concatenate([curvature, pressure], axis=1)
-    value, gradient = jax.vmap(jax.value_and_grad(of_y))(y)
-    return value, gradient, jax.vmap(jax.hessian(of_y))(y)
 
 
 def fit_polynomial(samples: Samples, metric: Metric, scales: Scales, degree: int) -> PolynomialLaw:

@@ -11,9 +11,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from calibration.candidates import derivatives, fit_polynomial, network_law
+from calibration.candidates import fit_polynomial, network_law
 from calibration.error import figures
-from calibration.fit import Watch, minimise
+from calibration.fit import fit
 from calibration.samples import Metric, Samples
 from calibration.start import Scales
 from rodmodel import SectionLaw
@@ -42,13 +42,13 @@ def compare(
     length: float,
     iterations: int,
     seed: int,
-    watch: Watch,
+    watch: Callable[[str, int, float], None],
 ) -> list[Row]:
     """Fit the other candidates to the same training states, and judge all on the same held-out ones.
 
     Parameters
     ----------
-    shipped : the free-state expansion, already fitted.
+    shipped : the network of ridges, already fitted.
     train, held_out : states; `metric` and `scales` are those of the training states.
     length : of the body whose bending angle counts [m].
     iterations : of the network's training.
@@ -61,16 +61,10 @@ def compare(
             (f"polynomial of degree {degree} in (u, p)", fit_polynomial(train, metric, scales, degree))
         )
         watch(f"polynomial {degree}", 1, 0.0)
-    network = minimise(
-        network_law(scales, seed),
-        train,
-        metric,
-        iterations,
-        derivatives,
-        lambda n, loss: watch("network", n, loss),
-    )
-    laws.append(("tanh network 6–32–32–1 in (u, p)", network.law))
-    laws.append(("free-state expansion", shipped))
+    start = network_law(scales, seed)
+    network = fit(start, train, metric, iterations, watch=lambda n, loss: watch("network", n, loss))
+    laws.append(("tanh network 6–24–24–1 in (u, p)", network.law))
+    laws.append(("network of ridges", shipped))
     return [_row(name, law, held_out, length) for name, law in laws]
 
 

@@ -1,6 +1,6 @@
 """From a dataset to a judged law: the steps that the command line runs."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,19 +11,28 @@ from calibration.compare import compare, markdown
 from calibration.dataset import attributes
 from calibration.design import MOMENT_STEPS, inside
 from calibration.error import deviations, figures
-from calibration.fit import SIZES, STARTS, TRIAL_ITERATIONS, choose_size, fit_expansion
+from calibration.fit import fit
 from calibration.plots import write_figures
 from calibration.progress import progress_bar
-from calibration.samples import Metric, Samples, loading_samples, metric
-from calibration.start import Scales, initial_law
-from rodmodel import Domain, FreeStateExpansion, SectionLaw
+from calibration.samples import Metric, Samples, loading_samples, metric, softness
+from calibration.start import Scales, initial_law, with_guess
+from fem_reference import ActuatorGeometry
+from rodmodel import Domain, RidgeNetwork, SectionLaw
+
+# Starts from other random weights that are tried, and iterations of each trial.
+STARTS, TRIAL_ITERATIONS = 3, 15
+# States whose softest direction has less than this part of the median stiffness are about to snap: no smooth
+# law can follow them, and none is asked to.
+SOFTEST = 0.1
+#: Layouts whose section is the same from all chambers; the others have a mirror or not.
+_ALIKE = ("ring", "six-helix", "none")
 
 
 @dataclass(frozen=True)
 class Judged:
     """A fitted law with its held-out figures, or why there is none."""
 
-    law: FreeStateExpansion
+    law: RidgeNetwork
     error: dict[str, Any]
     training: dict[str, Any]
     states: int
@@ -44,79 +53,78 @@ class Material:
 def prepare(dataset: xr.Dataset, domain: Domain, length: float) -> Material:
     """Split a dataset by role; training keeps states beyond a narrowed domain, which support its edge."""
     samples = loading_samples(dataset)
-    train = samples.where(~samples.held_out)
+    train = samples.where(~samples.held_out & (softness(samples) >= SOFTEST))
     held_out = samples.where(samples.held_out & inside(domain, samples.pressure, samples.moment))
-    return Material(
-        train, held_out, _metric(train, dataset, domain, length), Scales.of(train, domain.moment_max)
-    )
+    run = attributes(dataset)
+    geometry = ActuatorGeometry(**run["geometry"])
+    scales = Scales.of(domain, geometry.body_length, geometry.chamber_area)
+    steps = metric(train, length, run["pressure_step"], domain.moment_max / MOMENT_STEPS)
+    return Material(train, held_out, steps, scales)
 
 
-def _metric(samples: Samples, dataset: xr.Dataset, domain: Domain, length: float) -> Metric:
-    return metric(samples, length, attributes(dataset)["pressure_step"], domain.moment_max / MOMENT_STEPS)
+def symmetry_of(run: dict[str, Any]) -> str:
+    """Symmetry of the section, from the attributes of a run."""
+    if not run["mirror"]:
+        return "none"
+    return "full" if run["layout"] in _ALIKE else "mirror"
 
 
 def fit_and_judge(
-    dataset: xr.Dataset, domain: Domain, length: float, hidden: int | None, iterations: int, seed: int
+    dataset: xr.Dataset,
+    domain: Domain,
+    length: float,
+    ridges: int,
+    features: int,
+    iterations: int,
+    seed: int,
 ) -> Judged:
-    """Fit the free-state expansion to the training states and measure it on the held-out ones.
+    """Fit a network of ridges to the training states and measure it on the held-out ones.
 
     Parameters
     ----------
     dataset : of a run.
     domain : inside which the error is measured.
     length : of the body whose bending angle counts [m].
-    hidden : hidden units a layer; None chooses them on training paths that are set aside.
+    ridges, features : size of the law.
     iterations : of the final training.
     seed : of the first start.
     """
     material = prepare(dataset, domain, length)
-    mirror = bool(attributes(dataset)["mirror"])
+    symmetry = symmetry_of(attributes(dataset))
+    with progress_bar(STARTS * TRIAL_ITERATIONS + iterations, "iterations") as advance:
 
-    def start(size: int, seed: int) -> FreeStateExpansion:
-        return initial_law(material.train, material.scales, size, seed, mirror)
+        def watch(stage: str) -> Any:
+            return lambda _, loss: advance(1, f"{stage}, loss {loss:.3g}")
 
-    trials: tuple[Any, ...] = ()
-    total = (0 if hidden else len(SIZES)) * TRIAL_ITERATIONS + STARTS * TRIAL_ITERATIONS + iterations
-    with progress_bar(total, "iterations") as advance:
-
-        def watch(stage: str, _: int, loss: float) -> None:
-            advance(1, f"{stage}, loss {loss:.3g}")
-
-        if hidden is None:
-            hidden, trials = choose_size(
+        trials = [
+            fit(
+                initial_law(material.scales, ridges, features, seed + n, symmetry),
                 material.train,
-                lambda some: _metric(some, dataset, domain, length),
-                start,
-                seed=seed,
-                watch=watch,
+                material.metric,
+                TRIAL_ITERATIONS,
+                watch=watch(f"start {n + 1}/{STARTS}"),
             )
-        chosen = hidden
-        found = fit_expansion(
-            material.train,
-            material.metric,
-            lambda seed: start(chosen, seed),
-            iterations,
-            seed=seed,
-            watch=watch,
-        )
-    error = figures(found.law, material.held_out, length)
+            for n in range(STARTS)
+        ]
+        best = min(trials, key=lambda trial: trial.loss)
+        found = fit(best.law, material.train, material.metric, iterations, watch=watch("training"))
+    law = with_guess(found.law, domain)
+    error = figures(law, material.held_out, length)
     training = {
-        "hidden": hidden,
+        "ridges": ridges,
+        "features": features,
         "iterations": found.iterations,
+        "converged": found.converged,
         "mean_square_residual": found.loss,
         "states": len(material.train),
         "paths": len(np.unique(material.train.path)),
         "seed": seed,
-        "sizes_tried": [asdict(trial) for trial in trials],
     }
     complaint = ""
-    if not found.regular:
-        complaint = f"the minimiser gave up after {found.iterations} iterations at a loss of {found.loss:.3g}"
-    elif not all(np.isfinite(row["worst"]) for row in error.values() if isinstance(row, dict)):
+    if not all(np.isfinite(row["worst"]) for row in error.values() if isinstance(row, dict)):
         complaint = "the fitted law has no equilibrium at some held-out states"
-    return Judged(
-        found.law, error, training, len(material.train) + len(material.held_out), not complaint, complaint
-    )
+    states = len(material.train) + len(material.held_out)
+    return Judged(law, error, training, states, not complaint, complaint)
 
 
 def judge(

@@ -99,6 +99,12 @@ def metric(samples: Samples, length: float, pressure_step: float, moment_step: f
     return Metric(gradient, np.array([moment_step / typical] * 3 + [pressure_step] * 3))
 
 
+def softness(samples: Samples) -> Float[np.ndarray, " n"]:
+    """Stiffness of each state in its softest direction, over the median of all stiffnesses."""
+    value = np.linalg.eigvalsh(samples.hessian[:, :3, :3])
+    return value[:, 0] / float(np.median(value))
+
+
 def compliances(stiffness: Float[np.ndarray, "n 3 3"]) -> Float[np.ndarray, "n 3 3"]:
     """Inverse stiffness of each state [1/(N m²)], none softer than a quarter of the median section."""
     value, frame = np.linalg.eigh(stiffness)

@@ -1,32 +1,28 @@
-"""Where a fit begins: scales from the data, random inner layers, and the outer layer by linear least squares.
+"""Where a fit begins, and what it ends with: scales, random weights, and a guess of the free curvature."""
 
-Each state gives the free curvature to first order, û ≈ u − K⁻¹ m, the stiffness K, and with both the constant
-a. In the features of the random inner layers their dependence on pressure is linear, which saves the
-minimiser hundreds of iterations.
-"""
+import math
+from dataclasses import dataclass, replace
 
-from dataclasses import dataclass
-
+import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
-from calibration.samples import Samples, compliances
-from rodmodel import FreeStateExpansion
+from rodmodel import Domain, RidgeNetwork
+from rodmodel.section import SYMMETRIES
 
-OUTPUTS = 35
-RIDGE = (
-    1e-6  # of the features' mean square: nearly equal features shall not cancel each other with huge weights
-)
-
-_KNOWN = 10  # a, û and the upper triangle of K come first among the outputs
-_VANISH_AT_REST = 4  # a and û
-_PARITY = np.array([1, -1, 1, -1, 1, -1, 1, 1, -1, 1])  # of the known ones under the mirror
-_SWAP = np.array([0, 2, 1])
+# Pressures at which the guess is fitted, how far beyond the domain they go, and steps of the way to each.
+_PRESSURES, _BEYOND, _STEPS = 2000, 1.1, 30
 
 
 @dataclass(frozen=True)
 class Scales:
-    """Fixed scales of the law, from the data, so that its coefficients are numbers near one."""
+    """Fixed scales of a law, so that its coefficients are numbers near one.
+
+    They come from the actuator's dimensions and the domain alone: laws of different windings have the same,
+    and can be stacked.
+    """
 
     pressure: float
     curvature: float
@@ -34,73 +30,73 @@ class Scales:
     rest_volume: float
 
     @classmethod
-    def of(cls, samples: Samples, moment_max: float) -> "Scales":
-        """Scales for some states, the largest moment [N m] among them."""
-        stiffness = float(np.median(np.linalg.eigvalsh(samples.hessian[:, :3, :3])))
-        curvature = 2.0 * moment_max / stiffness
-        off_rest = np.linalg.norm(samples.pressure, axis=1) / 1e3 + np.linalg.norm(samples.curvature, axis=1)
-        return cls(
-            pressure=float(0.4 * samples.pressure.max()),
-            curvature=curvature,
-            energy=stiffness * curvature**2,
-            rest_volume=float(samples.volume[np.argmin(off_rest)].mean()),
-        )
+    def of(cls, domain: Domain, body_length: float, chamber_area: float) -> "Scales":
+        """Scales for a domain, a body of a length [m], and chambers of an area [m²]."""
+        pressure = 0.4 * max(domain.pressure_max)
+        return cls(pressure, math.pi / body_length, pressure * chamber_area, chamber_area)
 
 
-def initial_law(samples: Samples, scales: Scales, hidden: int, seed: int, mirror: bool) -> FreeStateExpansion:
-    """A law before training, quadratic in the distance from the free state.
+def initial_law(scales: Scales, ridges: int, features: int, seed: int, symmetry: str) -> RidgeNetwork:
+    """A law before training.
 
     Parameters
     ----------
-    samples : training states.
     scales : of the law.
-    hidden : units of each of the two inner layers.
-    seed : of the inner layers' random weights.
-    mirror : whether the section is its own mirror image in the plane of chamber 1.
+    ridges, features : its size.
+    seed : of the random weights.
+    symmetry : of the section.
     """
     rng = np.random.default_rng(seed)
-    weights = [
-        1.5 * rng.standard_normal((hidden, 3)),
-        rng.standard_normal((hidden, hidden)) / np.sqrt(hidden),
-    ]
-    biases = [rng.standard_normal(hidden), 0.3 * rng.standard_normal(hidden)]
-
-    def features(pressure: np.ndarray) -> np.ndarray:
-        x = pressure / scales.pressure
-        for weight, bias in zip(weights, biases, strict=True):
-            x = np.tanh(x @ weight.T + bias)
-        return np.hstack([x, np.ones((len(x), 1))])
-
-    here, rest = features(samples.pressure), features(np.zeros((1, 3)))
-    there = features(samples.pressure[:, _SWAP])
-    targets = _first_order(samples, scales)
-    outer = np.zeros((OUTPUTS, hidden + 1))
-    for row in range(_KNOWN):
-        parity = _PARITY[row]
-        design = 0.5 * (here + parity * there) if mirror else here
-        if row < _VANISH_AT_REST:
-            design = design - (0.5 * (1 + parity) * rest if mirror else rest)
-        square = design.T @ design
-        ridge = RIDGE * np.trace(square) / len(square) * np.eye(len(square))
-        outer[row] = np.linalg.solve(square + ridge, design.T @ targets[:, row])
-    return FreeStateExpansion(
-        weights=tuple(map(jnp.asarray, (*weights, outer[:, :-1]))),
-        biases=tuple(map(jnp.asarray, (*biases, outer[:, -1]))),
+    inputs = 3 + features
+    return RidgeNetwork(
+        feature_weights=jnp.asarray(1.5 * rng.standard_normal((features, 3)) / math.sqrt(3.0)),
+        feature_biases=jnp.asarray(0.5 * rng.standard_normal(features)),
+        directions=jnp.asarray(rng.standard_normal((ridges, 3))),
+        mixing=jnp.asarray(rng.standard_normal((ridges, inputs)) / math.sqrt(inputs)),
+        offsets=jnp.asarray(rng.standard_normal(ridges)),
+        weights=jnp.asarray(0.1 * rng.standard_normal(ridges)),
+        factor=jnp.asarray(np.eye(3)[np.tril_indices(3)]),
+        slopes=jnp.zeros(inputs),
+        guess=jnp.zeros((3, inputs)),
         pressure_scale=scales.pressure,
         curvature_scale=scales.curvature,
         energy_scale=scales.energy,
         rest_volume=scales.rest_volume,
-        mirror=mirror,
+        symmetry=symmetry,
     )
 
 
-def _first_order(samples: Samples, scales: Scales) -> np.ndarray:
-    """Coefficients a, û/u_s and K that each state by itself would give a quadratic law, shape (n, 10)."""
-    stiffness = samples.hessian[:, :3, :3]
-    distance = np.einsum("nij,nj->ni", compliances(stiffness), samples.moment)
-    work = 0.5 * np.einsum("ni,nij,nj->n", distance, stiffness, distance)
-    constant = samples.energy + scales.rest_volume * samples.pressure.sum(axis=1) - work
-    upper = stiffness[:, *np.triu_indices(3)] * scales.curvature**2
-    return np.column_stack(
-        [constant / scales.energy, (samples.curvature - distance) / scales.curvature, upper / scales.energy]
-    )
+def with_guess(law: RidgeNetwork, domain: Domain, seed: int = 0) -> RidgeNetwork:
+    """The law with a guess of its free curvature, by least squares to its roots at random pressures.
+
+    The roots are followed from rest along straight rays of pressure, as a loading would.
+    """
+    rng = np.random.default_rng(seed)
+    pressure = _BEYOND * rng.random((_PRESSURES, 3)) * np.asarray(domain.pressure_max)
+    total = pressure.sum(axis=1, keepdims=True)
+    pressure *= np.minimum(1.0, _BEYOND * domain.pressure_sum_max / total)
+    roots = np.asarray(_roots(law, jnp.asarray(pressure)))
+    found = np.isfinite(roots).all(axis=1)
+
+    images = SYMMETRIES[law.symmetry]
+    rest = np.asarray(law.features(jnp.zeros(3)))
+    rows = np.zeros((int(found.sum()), 3, 3, law.slopes.size))
+    for turn, order in images:
+        inputs = np.asarray(law.features(jnp.asarray(pressure[found][:, order] / law.pressure_scale))) - rest
+        rows += np.einsum("ji,nk->nijk", turn, inputs) / len(images)
+    target = (roots[found] / law.curvature_scale).ravel()
+    solution = np.linalg.lstsq(rows.reshape(len(target), -1), target, rcond=1e-8)[0]
+    return replace(law, guess=jnp.asarray(solution.reshape(3, -1)))
+
+
+@eqx.filter_jit
+def _roots(law: RidgeNetwork, pressure: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
+    """Free curvatures at the end of straight rays of pressure."""
+
+    def along(p: Array) -> Array:
+        def step(start: Array, share: Array) -> tuple[Array, None]:
+            return replace(law.contracted(share * p), free_curvature=start).settled().free_curvature, None
+
+        return jax.lax.scan(step, jnp.zeros(3), jnp.arange(1, _STEPS + 1) / _STEPS)[0]
+
+    return jax.vmap(along)(pressure)

@@ -17,7 +17,16 @@ from rodmodel.calibration_file import (
     read_calibration,
     save_calibration,
 )
-from rodmodel.section import CurvatureLaw, FreeStateExpansion, LinearLaw, QuarticLaw, SectionLaw, TurnedLaw
+from rodmodel.section import (
+    CurvatureLaw,
+    FreeStateExpansion,
+    LinearLaw,
+    QuarticLaw,
+    RidgeLaw,
+    RidgeNetwork,
+    SectionLaw,
+    TurnedLaw,
+)
 
 __all__ = [
     "RESULTS",
@@ -39,6 +48,8 @@ __all__ = [
     "PoseDerivative",
     "Predictor",
     "QuarticLaw",
+    "RidgeLaw",
+    "RidgeNetwork",
     "Rod",
     "SectionLaw",
     "Solution",

@@ -97,16 +97,22 @@ class Record:
     def arrays(self, key: str, rank: int) -> list[np.ndarray]:
         """List of arrays of finite numbers, all of one rank, under a key."""
         expected = f"a list of {'vectors' if rank == 1 else 'matrices'} of finite numbers"
-        arrays = []
-        for value in self.take(key, expected, lambda v: isinstance(v, list) and v != []):
-            try:
-                array = np.asarray(value, dtype=np.float64)
-            except (TypeError, ValueError) as error:
-                raise self.error(key, reprlib.repr(value), expected) from error
-            if array.ndim != rank or not np.all(np.isfinite(array)):
-                raise self.error(key, f"{reprlib.repr(value)} of shape {array.shape}", expected)
-            arrays.append(array)
-        return arrays
+        values = self.take(key, expected, lambda v: isinstance(v, list) and v != [])
+        return [self._array(key, value, rank, expected) for value in values]
+
+    def array(self, key: str, rank: int) -> np.ndarray:
+        """Array of finite numbers of a rank under a key."""
+        expected = f"a {'vector' if rank == 1 else 'matrix'} of finite numbers"
+        return self._array(key, self.take(key, expected, lambda v: isinstance(v, list)), rank, expected)
+
+    def _array(self, key: str, value: Any, rank: int, expected: str) -> np.ndarray:
+        try:
+            array = np.asarray(value, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise self.error(key, reprlib.repr(value), expected) from error
+        if array.ndim != rank or not np.all(np.isfinite(array)):
+            raise self.error(key, f"{reprlib.repr(value)} of shape {array.shape}", expected)
+        return array
 
     def _full(self, key: str) -> str:
         return f"{self.place}.{key}" if self.place else key

@@ -4,15 +4,17 @@
      "layout": {"name", "psi_rad", "pitch_m"},
      "actuator": {"body_length_m", "cap_length_m", "body_diameter_m",
                   "mass_per_length_kg_per_m", "cap_mass_kg"},
-     "section_law": {"kind": "free-state-expansion", "pressure_scale_pa", "pressure_warp_pa" (number or null),
-                     "curvature_scale_per_m", "energy_scale_n", "rest_volume_m2", "mirror",
-                     "weights" (one matrix a layer), "biases" (one vector a layer)},
+     "section_law": {"kind", "pressure_scale_pa", "curvature_scale_per_m", "energy_scale_n", "rest_volume_m2",
+                     and the law's own arrays},
      "domain": {"pressure_max_pa" (three), "pressure_sum_max_pa", "moment_max_nm",
                 "torque_max_nm" (null where it is the same)},
      "error": {"free_bending_angle_rad": {"median", "p95", "worst"}, ...},
      "provenance": {...}}
 
-`error` may hold further quantities and `provenance` is free; both come back as they were written.
+The law's kind is "ridge-network", with "symmetry" and, by name, the arrays of `RidgeNetwork`; or
+"free-state-expansion", with "pressure_warp_pa" (number or null), "mirror", "weights" (one matrix a layer) and
+"biases" (one vector a layer). `error` may hold further quantities and `provenance` is free; both come back as
+they were written.
 """
 
 import json
@@ -27,11 +29,22 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
 from rodmodel._record import CalibrationFileError, Record
-from rodmodel.section import FreeStateExpansion
+from rodmodel.section import FreeStateExpansion, RidgeNetwork
 
 SCHEMA = "rodmodel-calibration"
 VERSION = 1
-LAW_KIND = "free-state-expansion"
+RIDGES, EXPANSION = "ridge-network", "free-state-expansion"
+_ARRAYS = {
+    "feature_weights": 2,
+    "feature_biases": 1,
+    "directions": 2,
+    "mixing": 2,
+    "offsets": 1,
+    "weights": 1,
+    "factor": 1,
+    "slopes": 1,
+    "guess": 2,
+}
 
 _SLACK = 1.0 + 1e-6
 
@@ -101,7 +114,7 @@ class Calibration:
 
     layout: Layout
     actuator: Actuator
-    section_law: FreeStateExpansion
+    section_law: FreeStateExpansion | RidgeNetwork
     domain: Domain
     error: Mapping[str, Any]
     provenance: Mapping[str, Any]
@@ -153,7 +166,6 @@ def read_calibration(path: str | Path) -> Calibration:
 
 def save_calibration(calibration: Calibration, path: str | Path) -> None:
     """Write a calibration file; a NaN or an infinity in it raises `ValueError` and writes nothing."""
-    law = calibration.section_law
     content = {
         "schema": SCHEMA,
         "version": VERSION,
@@ -169,17 +181,7 @@ def save_calibration(calibration: Calibration, path: str | Path) -> None:
             "mass_per_length_kg_per_m": calibration.actuator.mass_per_length,
             "cap_mass_kg": calibration.actuator.cap_mass,
         },
-        "section_law": {
-            "kind": LAW_KIND,
-            "pressure_scale_pa": law.pressure_scale,
-            "pressure_warp_pa": law.pressure_warp,
-            "curvature_scale_per_m": law.curvature_scale,
-            "energy_scale_n": law.energy_scale,
-            "rest_volume_m2": law.rest_volume,
-            "mirror": law.mirror,
-            "weights": [np.asarray(weight).tolist() for weight in law.weights],
-            "biases": [np.asarray(bias).tolist() for bias in law.biases],
-        },
+        "section_law": _law_record(calibration.section_law),
         "domain": {
             "pressure_max_pa": list(calibration.domain.pressure_max),
             "pressure_sum_max_pa": calibration.domain.pressure_sum_max,
@@ -192,20 +194,52 @@ def save_calibration(calibration: Calibration, path: str | Path) -> None:
     Path(path).write_text(json.dumps(content, allow_nan=False) + "\n", encoding="utf-8")
 
 
-def _read_law(record: Record) -> FreeStateExpansion:
-    record.take("kind", f'"{LAW_KIND}"', lambda value: value == LAW_KIND)
+def _law_record(law: FreeStateExpansion | RidgeNetwork) -> dict[str, Any]:
+    scales = {
+        "pressure_scale_pa": law.pressure_scale,
+        "curvature_scale_per_m": law.curvature_scale,
+        "energy_scale_n": law.energy_scale,
+        "rest_volume_m2": law.rest_volume,
+    }
+    if isinstance(law, RidgeNetwork):
+        arrays = {name: np.asarray(getattr(law, name)).tolist() for name in _ARRAYS}
+        return {"kind": RIDGES, **scales, "symmetry": law.symmetry, **arrays}
+    return {
+        "kind": EXPANSION,
+        **scales,
+        "pressure_warp_pa": law.pressure_warp,
+        "mirror": law.mirror,
+        "weights": [np.asarray(weight).tolist() for weight in law.weights],
+        "biases": [np.asarray(bias).tolist() for bias in law.biases],
+    }
+
+
+def _read_law(record: Record) -> FreeStateExpansion | RidgeNetwork:
+    kind = record.take("kind", f'"{RIDGES}" or "{EXPANSION}"', lambda value: value in (RIDGES, EXPANSION))
+    scales = {
+        "pressure_scale": record.positive("pressure_scale_pa"),
+        "curvature_scale": record.positive("curvature_scale_per_m"),
+        "energy_scale": record.positive("energy_scale_n"),
+        "rest_volume": record.positive("rest_volume_m2"),
+    }
     try:
-        return FreeStateExpansion(
-            weights=tuple(jnp.asarray(weight) for weight in record.arrays("weights", rank=2)),
-            biases=tuple(jnp.asarray(bias) for bias in record.arrays("biases", rank=1)),
-            pressure_scale=record.positive("pressure_scale_pa"),
-            pressure_warp=record.positive_or_none("pressure_warp_pa"),
-            curvature_scale=record.positive("curvature_scale_per_m"),
-            energy_scale=record.positive("energy_scale_n"),
-            rest_volume=record.positive("rest_volume_m2"),
-            mirror=record.flag("mirror"),
-        )
+        return _read_ridge_network(record, scales) if kind == RIDGES else _read_expansion(record, scales)
     except CalibrationFileError:
         raise
     except ValueError as error:
         raise CalibrationFileError(f"{record.file}: {record.place}: {error}") from error
+
+
+def _read_ridge_network(record: Record, scales: Mapping[str, float]) -> RidgeNetwork:
+    parts: dict[str, Any] = {name: jnp.asarray(record.array(name, rank)) for name, rank in _ARRAYS.items()}
+    return RidgeNetwork(**{**parts, **scales}, symmetry=record.text("symmetry"))
+
+
+def _read_expansion(record: Record, scales: Mapping[str, float]) -> FreeStateExpansion:
+    return FreeStateExpansion(
+        weights=tuple(jnp.asarray(weight) for weight in record.arrays("weights", rank=2)),
+        biases=tuple(jnp.asarray(bias) for bias in record.arrays("biases", rank=1)),
+        **scales,
+        pressure_warp=record.positive_or_none("pressure_warp_pa"),
+        mirror=record.flag("mirror"),
+    )

@@ -117,7 +117,13 @@ def _fit(options: argparse.Namespace, command: str) -> int:
     refuse_unwritable("--out", Path(options.out))
     run = attributes(dataset)
     outcome: Judged = fit_and_judge(
-        dataset, domain, run["geometry"]["body_length"], options.hidden, options.iterations, options.seed
+        dataset,
+        domain,
+        run["geometry"]["body_length"],
+        options.ridges,
+        options.features,
+        options.iterations,
+        options.seed,
     )
     if not outcome.good:
         return complain(f"rodmodel-calibrate fit: {outcome.complaint}; nothing written", NOT_CONVERGED)
@@ -213,10 +219,9 @@ def _parser() -> argparse.ArgumentParser:
     fit = commands.add_parser("fit", help="fit the section law and write the calibration file")
     fit.add_argument("dataset", help="netCDF file of a run")
     fit.add_argument("--out", required=True, help="calibration file to write")
-    fit.add_argument(
-        "--hidden", type=count, default=None, help="hidden units a layer; chosen by evidence if not given"
-    )
-    fit.add_argument("--iterations", type=count, default=3000, help="of the final training")
+    fit.add_argument("--ridges", type=count, default=24, help="ridge functions of the law")
+    fit.add_argument("--features", type=count, default=16, help="hidden functions of the pressures")
+    fit.add_argument("--iterations", type=count, default=100, help="of the final training, at most")
     fit.add_argument("--seed", type=int, default=0, help="of the first start")
     _domain_options(fit, None, None)
     fit.set_defaults(command=_fit)
@@ -228,7 +233,7 @@ def _parser() -> argparse.ArgumentParser:
     report.add_argument(
         "--compare", action="store_true", help="fit other forms of the law to the same states"
     )
-    report.add_argument("--iterations", type=count, default=2000, help="of the network that is compared")
+    report.add_argument("--iterations", type=count, default=100, help="of the network that is compared")
     report.add_argument("--seed", type=int, default=0, help="of the network that is compared")
     report.set_defaults(command=_report)
     measured, truth = _fit_measured.add_to(commands), _truth.add_to(commands)

@@ -4,6 +4,18 @@ from rodmodel.section._free_state_expansion import FreeStateExpansion
 from rodmodel.section._law import CurvatureLaw, SectionLaw
 from rodmodel.section._linear import LinearLaw
 from rodmodel.section._quartic import QuarticLaw
+from rodmodel.section._ridge_network import SYMMETRIES, RidgeNetwork
+from rodmodel.section._ridges import RidgeLaw
 from rodmodel.section._turned import TurnedLaw
 
-__all__ = ["CurvatureLaw", "FreeStateExpansion", "LinearLaw", "QuarticLaw", "SectionLaw", "TurnedLaw"]
+__all__ = [
+    "SYMMETRIES",
+    "CurvatureLaw",
+    "FreeStateExpansion",
+    "LinearLaw",
+    "QuarticLaw",
+    "RidgeLaw",
+    "RidgeNetwork",
+    "SectionLaw",
+    "TurnedLaw",
+]

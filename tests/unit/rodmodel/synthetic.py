@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 import rodmodel
-from rodmodel import FreeStateExpansion
+from rodmodel import FreeStateExpansion, RidgeNetwork
 
 BENDING_STIFFNESS = 2.45e-4  # EI [N m²]
 TORSION_RATIO = 0.9  # GJ/EI
@@ -82,6 +82,31 @@ def bending_law(
         rest_volume=REST_VOLUME,
         pressure_warp=pressure_warp,
         mirror=mirror,
+    )
+
+
+def ridge_law(seed: int = 0, *, symmetry: str = "mirror", ridges: int = 8) -> RidgeNetwork:
+    """Random network of ridges with the actuator's stiffness: pressures bend it by some 20 1/m."""
+    rng = np.random.default_rng(seed)
+    features = 6
+    arrays = {
+        "feature_weights": rng.normal(size=(features, 3)),
+        "feature_biases": 0.3 * rng.normal(size=features),
+        "directions": rng.normal(size=(ridges, 3)),
+        "mixing": 0.5 * rng.normal(size=(ridges, 3 + features)),
+        "offsets": rng.normal(size=ridges),
+        "weights": 0.1 * rng.normal(size=ridges),
+        "factor": np.sqrt([1.0, 0.0, 1.0, 0.0, 0.0, TORSION_RATIO]),
+        "slopes": 0.1 * rng.normal(size=3 + features),
+        "guess": 0.05 * rng.normal(size=(3, 3 + features)),
+    }
+    return RidgeNetwork(
+        **{name: jnp.asarray(array) for name, array in arrays.items()},
+        pressure_scale=FULL_PRESSURE,
+        curvature_scale=CURVATURE_SCALE,
+        energy_scale=ENERGY_SCALE,
+        rest_volume=REST_VOLUME,
+        symmetry=symmetry,
     )
 
 

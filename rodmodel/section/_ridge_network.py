@@ -1,0 +1,140 @@
+"""The section law that calibrations ship: ridge functions of the curvature that move with the pressures."""
+
+import math
+from typing import final
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from rodmodel.section._law import SectionLaw
+from rodmodel.section._ridges import RidgeLaw
+from rodmodel.section._turned import INTO_TURNED
+
+_MIRROR = np.diag([-1.0, 1.0, -1.0])  # of the curvatures, y → −y
+_SWAP = np.array([0, 2, 1])  # of the chambers
+_THIRDS = [(INTO_TURNED[turns], np.roll(np.arange(3), -turns)) for turns in range(3)]
+#: By name, the images (U u, p[order]) of a state (u, p) at which the potential is the same.
+SYMMETRIES: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {
+    "none": _THIRDS[:1],
+    "mirror": [_THIRDS[0], (_MIRROR, _SWAP)],
+    "full": [*_THIRDS, *((_MIRROR @ turn, order[_SWAP]) for turn, order in _THIRDS)],
+}
+
+
+@final
+class RidgeNetwork(SectionLaw):
+    """Network of one hidden layer in the curvature, its offsets a network of the pressures.
+
+        Π(u, p) = −V₀ Σ p_k + E mean over images [F(x, q) − F(0, 0) − ∂F/∂x(0, 0)·x]
+        F(x, q) = ½ |Lᵀ x|² + Σ_j c_j φ(d_j·x + e_j·h(q) + b_j) + v·h(q)
+        h(q) = (q, tanh(W q + w)),    x = u/u_s,    q = p/p_s,    φ(z) = z/√(1 + z²)
+
+    The mean is over the images of the state under the section's symmetry. At one pressure this is a sum of
+    ridges of the curvature alone (see `RidgeLaw`), which a rod is integrated with. Potential and moment
+    vanish at rest. The free curvature is the root of the moment near a guess that is linear in h,
+    G (h(q) − h(0)).
+
+    Attributes
+    ----------
+    feature_weights, feature_biases : W and w.
+    directions, mixing, offsets, weights : d, e, b and c.
+    factor : lower triangle of L by rows, entries 11, 21, 22, 31, 32, 33. Far from all ridges the section has
+        the stiffness L Lᵀ, and is stable.
+    slopes : v.
+    guess : G/u_s.
+    pressure_scale : p_s [Pa].
+    curvature_scale : u_s [1/m].
+    energy_scale : E [J/m].
+    rest_volume : V₀, chamber volume per length at rest [m²], up to what F adds.
+    symmetry : of the section: ``none``; ``mirror``, y → −y, as at ψ = 0; ``full``, with 120° turns too, as of
+        rings.
+    """
+
+    feature_weights: Float[Array, "_ _"]
+    feature_biases: Float[Array, " _"]
+    directions: Float[Array, "_ _"]
+    mixing: Float[Array, "_ _"]
+    offsets: Float[Array, " _"]
+    weights: Float[Array, " _"]
+    factor: Float[Array, " _"]
+    slopes: Float[Array, " _"]
+    guess: Float[Array, "_ _"]
+    pressure_scale: float = eqx.field(static=True)
+    curvature_scale: float = eqx.field(static=True)
+    energy_scale: float = eqx.field(static=True)
+    rest_volume: float = eqx.field(static=True)
+    symmetry: str = eqx.field(static=True, default="none")
+
+    def __check_init__(self) -> None:
+        """Refuse arrays that do not fit together, an unknown symmetry, and impossible scales."""
+        features, ridges = self.feature_biases.shape[0], self.offsets.shape[0]
+        expected = {
+            "feature_weights": (features, 3),
+            "directions": (ridges, 3),
+            "mixing": (ridges, 3 + features),
+            "weights": (ridges,),
+            "factor": (6,),
+            "slopes": (3 + features,),
+            "guess": (3, 3 + features),
+        }
+        for name, shape in expected.items():
+            if getattr(self, name).shape != shape:
+                raise ValueError(
+                    f"{name}: got shape {getattr(self, name).shape}, expected {shape} with {features} "
+                    f"features and {ridges} ridges"
+                )
+        if self.symmetry not in SYMMETRIES:
+            raise ValueError(f"symmetry: got {self.symmetry!r}, expected one of {', '.join(SYMMETRIES)}")
+        for name in ("pressure_scale", "curvature_scale", "energy_scale", "rest_volume"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0):
+                raise ValueError(f"{name}: got {value}, expected a positive number")
+
+    def at(self, pressure: Float[Array, "3"]) -> RidgeLaw:
+        """Contract the law to a function of the curvature."""
+        return self.contracted(pressure).settled()
+
+    def contracted(self, pressure: Float[Array, "3"]) -> RidgeLaw:
+        """The law at one pressure, its free curvature the guess still."""
+        images = SYMMETRIES[self.symmetry]
+        share = 1.0 / len(images)
+        turns = jnp.asarray(np.array([turn for turn, _ in images]), self.offsets.dtype)
+        orders = np.array([order for _, order in images])
+        inputs = self.features(pressure[orders] / self.pressure_scale)
+        rest = self.features(jnp.zeros_like(pressure))
+        rest_offsets = self.mixing @ rest + self.offsets
+        inverse = 1.0 / jnp.sqrt(1.0 + rest_offsets**2)
+        rest_slope = (self.weights * inverse**3) @ self.directions
+        lower = jnp.zeros((3, 3), self.offsets.dtype).at[np.tril_indices(3)].set(self.factor)
+        value = share * jnp.sum((inputs - rest) @ self.slopes) - self.weights @ (rest_offsets * inverse)
+        free = share * jnp.einsum("gji,jk,gk->i", turns, self.guess, inputs - rest)
+        return RidgeLaw(
+            free_curvature=self.curvature_scale * free,
+            constant=value - self.rest_volume / self.energy_scale * jnp.sum(pressure),
+            slope=-share * jnp.einsum("gji,j->i", turns, rest_slope),
+            quadratic=share * jnp.einsum("gji,jk,gkl->il", turns, lower @ lower.T, turns),
+            directions=jnp.einsum("rj,gji->gri", self.directions, turns).reshape(-1, 3),
+            offsets=(inputs @ self.mixing.T + self.offsets).reshape(-1),
+            weights=jnp.tile(share * self.weights, len(images)),
+            energy_scale=self.energy_scale,
+            curvature_scale=self.curvature_scale,
+        )
+
+    def potential(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, ""]:
+        """See `SectionLaw.potential`; does not seek the free curvature."""
+        return self.contracted(pressure).energy(curvature)
+
+    def moment(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, "3"]:
+        """See `SectionLaw.moment`; does not seek the free curvature."""
+        return self.contracted(pressure).moment(curvature)
+
+    def stiffness(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, "3 3"]:
+        """See `SectionLaw.stiffness`; does not seek the free curvature."""
+        return self.contracted(pressure).stiffness(curvature)
+
+    def features(self, inputs: Float[Array, "*n 3"]) -> Float[Array, "*n inputs"]:
+        """h(q) of scaled pressures."""
+        hidden = jnp.tanh(inputs @ self.feature_weights.T + self.feature_biases)
+        return jnp.concatenate([inputs, hidden], axis=-1)

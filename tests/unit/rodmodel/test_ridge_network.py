@@ -1,0 +1,177 @@
+"""The law that ships: one potential, its slopes, its symmetries, and the root that is its free curvature."""
+
+from dataclasses import replace
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from jaxtyping import Array
+
+from rodmodel import RidgeLaw, RidgeNetwork, TurnedLaw
+from rodmodel._components import triple
+from rodmodel.section import SYMMETRIES
+from rodmodel.section._law import PAIRS, TRIPLES
+from tests.unit.rodmodel import synthetic
+
+MIRROR_CURVATURE = np.array([-1.0, 1.0, -1.0])
+MIRROR_CHAMBERS = np.array([0, 2, 1])
+
+
+@pytest.fixture(params=SYMMETRIES)
+def law(request: pytest.FixtureRequest) -> RidgeNetwork:
+    return synthetic.ridge_law(symmetry=request.param)
+
+
+def states(count: int = 5) -> list[tuple[Array, Array]]:
+    """Curvatures [1/m] and pressures [Pa] all over the range of the actuator."""
+    rng = np.random.default_rng(7)
+    return [(jnp.array(rng.uniform(-50, 50, 3)), jnp.array(rng.uniform(0, 70e3, 3))) for _ in range(count)]
+
+
+def differences(function, x: Array, step: float) -> np.ndarray:
+    """Fourth-order central differences, as the last axis."""
+    columns = [
+        (8 * (function(x + e) - function(x - e)) - (function(x + 2 * e) - function(x - 2 * e))) / (12 * step)
+        for e in step * np.eye(3)
+    ]
+    return np.stack(columns, axis=-1)
+
+
+def test_potential_moment_and_free_curvature_vanish_at_rest(law: RidgeNetwork) -> None:
+    """To the rounding of sums of some ten numbers near one."""
+    zero = jnp.zeros(3)
+    assert abs(law.potential(zero, zero)) < 1e-15 * law.energy_scale * 10
+    unit = law.energy_scale / law.curvature_scale
+    np.testing.assert_allclose(law.moment(zero, zero), 0.0, atol=1e-14 * unit)
+    np.testing.assert_allclose(law.free_curvature(zero), 0.0, atol=1e-12)
+
+
+# A fourth-order difference with steps of 1e-3 of the range errs by 1e-12 of the derivative for the step and
+# by 1e-16/1e-3 for rounding; 1e-9 leaves room for the growth of high derivatives.
+def test_moment_volume_and_stiffness_are_slopes(law: RidgeNetwork) -> None:
+    for u, p in states():
+        at = law.at(p)
+        slope = differences(at.energy, u, 5e-2)
+        np.testing.assert_allclose(at.moment(u), slope, atol=1e-9 * np.abs(slope).max())
+        np.testing.assert_array_equal(at.moment(u), law.moment(u, p))
+        stiffness = np.asarray(at.stiffness(u))
+        slope = differences(at.moment, u, 5e-2)
+        np.testing.assert_allclose(stiffness, slope, atol=1e-9 * np.abs(slope).max())
+        np.testing.assert_allclose(stiffness, stiffness.T, atol=1e-15 * np.abs(stiffness).max())
+        slope = differences(lambda p, u=u: law.potential(u, p), p, 70.0)
+        np.testing.assert_allclose(law.volume(u, p), -slope, atol=1e-9 * np.abs(slope).max())
+
+
+def test_the_expansion_in_scalars_is_that_of_automatic_differentiation(law: RidgeNetwork) -> None:
+    for u, p in states():
+        at = law.at(p)
+        found = at.expand(triple(u))
+        third = np.asarray(jax.jacfwd(at.stiffness)(u))
+        for ours, theirs in (
+            (found.moment, at.moment(u)),
+            (found.stiffness, [at.stiffness(u)[pair] for pair in PAIRS]),
+            (found.third, [third[index] for index in TRIPLES]),
+        ):
+            np.testing.assert_allclose(jnp.stack(ours), jnp.stack(theirs), atol=1e-13 * np.abs(theirs).max())
+
+
+def test_the_moment_vanishes_at_the_free_curvature(law: RidgeNetwork) -> None:
+    for _, p in states():
+        at = law.at(p)
+        # The rounding of a sum of terms of the size of the moment unit.
+        unit = law.energy_scale / law.curvature_scale
+        np.testing.assert_allclose(at.moment(at.free_curvature), 0.0, atol=1e-13 * unit)
+
+
+def test_the_free_curvature_has_the_slopes_of_a_root(law: RidgeNetwork) -> None:
+    """By forward and reverse mode, and of second order; a difference of fourth order errs by some 1e-9."""
+    for _, p in states(2):
+        slope = differences(law.free_curvature, p, 50.0)
+        for jacobian in (jax.jacfwd, jax.jacrev):
+            found = jacobian(law.free_curvature)(p)
+            np.testing.assert_allclose(found, slope, atol=1e-8 * np.abs(slope).max())
+        second = differences(jax.jacfwd(law.free_curvature), p, 50.0)
+        found = jax.jacfwd(jax.jacfwd(law.free_curvature))(p)
+        np.testing.assert_allclose(found, second, atol=1e-7 * np.abs(second).max())
+
+
+def test_a_batch_with_a_bad_pressure_spoils_no_other(law: RidgeNetwork) -> None:
+    pressures = jnp.array(np.random.default_rng(0).uniform(0, 70e3, (20, 3))).at[3].set(jnp.nan)
+    free = jax.jit(jax.vmap(law.free_curvature))(pressures)
+    assert np.isnan(free[3]).all()
+    good = np.delete(np.arange(20), 3)
+    for n in good:
+        np.testing.assert_allclose(free[n], law.free_curvature(pressures[n]), rtol=1e-10, atol=1e-10)
+
+
+def test_a_law_without_a_root_says_so() -> None:
+    """A ridge pulls harder than the quadratic ever holds: its slope has no zero within reach."""
+    none = jnp.zeros(3)
+    runaway = RidgeLaw(
+        free_curvature=none,
+        constant=jnp.zeros(()),
+        slope=jnp.array([1.0, 0.0, 0.0]),
+        quadratic=1e-12 * jnp.eye(3),
+        directions=jnp.eye(3)[:1],
+        offsets=jnp.zeros(1),
+        weights=jnp.zeros(1),
+        energy_scale=1.0,
+        curvature_scale=1.0,
+    )
+    assert np.isnan(runaway.settled().free_curvature).all()
+
+
+def test_mirror_images_have_the_same_potential() -> None:
+    for symmetry in ("mirror", "full"):
+        law = synthetic.ridge_law(symmetry=symmetry)
+        for u, p in states():
+            v, q = MIRROR_CURVATURE * u, p[MIRROR_CHAMBERS]
+            np.testing.assert_allclose(law.potential(v, q), law.potential(u, p), rtol=1e-13)
+            free = law.free_curvature(p)
+            np.testing.assert_allclose(law.free_curvature(q), MIRROR_CURVATURE * free, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("turns", [1, 2])
+def test_a_section_alike_from_all_chambers_is_its_own_turned_law(turns: int) -> None:
+    law = synthetic.ridge_law(symmetry="full")
+    turned = TurnedLaw(law, turns)
+    for u, p in states():
+        np.testing.assert_allclose(turned.potential(u, p), law.potential(u, p), rtol=1e-12)
+        scale = np.abs(law.moment(u, p)).max()
+        np.testing.assert_allclose(turned.moment(u, p), law.moment(u, p), atol=1e-12 * scale)
+
+
+def test_a_turned_ridge_law_is_the_law_in_turned_axes() -> None:
+    law = synthetic.ridge_law(symmetry="none")
+    (u, p), *_ = states()
+    at = law.at(p)
+    general = super(RidgeLaw, at).turned(1)
+    turned = at.turned(1)
+    for quantity in ("energy", "moment", "stiffness"):
+        expected = np.asarray(getattr(general, quantity)(u))
+        np.testing.assert_allclose(
+            getattr(turned, quantity)(u), expected, atol=1e-13 * np.abs(expected).max()
+        )
+    np.testing.assert_allclose(turned.free_curvature, general.free_curvature, rtol=1e-13)
+
+
+def test_laws_of_one_size_can_be_stacked() -> None:
+    laws = [synthetic.ridge_law(seed) for seed in range(3)]
+    stacked = jax.tree.map(lambda *leaves: jnp.stack(leaves), *laws)
+    (u, p), *_ = states()
+    moments = eqx.filter_vmap(lambda law: law.moment(u, p))(stacked)
+    for law, moment in zip(laws, moments, strict=True):
+        np.testing.assert_allclose(moment, law.moment(u, p), rtol=1e-12)
+
+
+def test_arrays_that_do_not_fit_and_impossible_scales_are_refused() -> None:
+    law = synthetic.ridge_law()
+    with pytest.raises(ValueError, match=r"^mixing: got shape \(8, 5\), expected \(8, 9\)"):
+        replace(law, mixing=law.mixing[:, :5])
+    with pytest.raises(ValueError, match=r"^symmetry: got 'some', expected one of none, mirror, full"):
+        replace(law, symmetry="some")
+    for name in ("pressure_scale", "curvature_scale", "energy_scale", "rest_volume"):
+        with pytest.raises(ValueError, match=f"^{name}: got 0.0, expected a positive number"):
+            replace(law, **{name: 0.0})

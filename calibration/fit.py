@@ -24,6 +24,7 @@ HESSIAN_WEIGHT = 0.3  # of the errors at neighbouring states against those at th
 _CHUNK = 128  # states whose Jacobian is held at a time
 # Relative to the mean diagonal of the normal matrix: the first damping; and how often it is raised in vain.
 _FIRST_DAMPING, _TRIALS = 1e-2, 12
+_PATIENCE = 10  # iterations over which convergence is judged
 _UPPER = np.triu_indices(6)
 
 Law = TypeVar("Law", bound=SectionLaw)
@@ -70,7 +71,7 @@ def fit(
     samples: Samples,
     scales: Metric,
     iterations: int,
-    tolerance: float = 1e-3,
+    tolerance: float = 1e-2,
     watch: Watch = lambda iterations, loss: None,
 ) -> Fitted[Law]:
     """Fit all array leaves of a law.
@@ -80,7 +81,7 @@ def fit(
     law : to begin from.
     samples, scales : training states and their metric.
     iterations : at most.
-    tolerance : on the relative fall of the mean square in one iteration.
+    tolerance : on the relative fall of the mean square in ten iterations; single ones may gain little.
     watch : told the progress.
     """
     trained, fixed = eqx.partition(law, eqx.is_inexact_array)
@@ -98,15 +99,14 @@ def fit(
         return sum(float(jnp.sum(every(x, chunk) ** 2)) for chunk in chunks)
 
     loss, damping, growth = loss_at(x), _FIRST_DAMPING, 2.0
-    done, converged = 0, False
-    while done < iterations and not converged:
+    losses, converged = [loss], False
+    while len(losses) <= iterations and not converged:
         normal, pull = np.zeros((x.size, x.size)), np.zeros(x.size)
         for chunk in chunks:
             rows = np.asarray(slopes(x, chunk)).reshape(-1, x.size)
             normal += rows.T @ rows
             pull += rows.T @ np.asarray(every(x, chunk)).ravel()
         unit = np.trace(normal) / x.size
-        before = loss
         for _ in range(_TRIALS):
             factor = scipy.linalg.cho_factor(normal + damping * unit * np.eye(x.size))
             step = -scipy.linalg.cho_solve(factor, pull)
@@ -118,10 +118,12 @@ def fit(
                 x, loss, growth = x + step, there, 2.0
                 break
             damping, growth = damping * growth, 2.0 * growth
-        done += 1
-        converged = before - loss <= tolerance * before
-        watch(done, loss)
-    return Fitted(eqx.combine(unravel(jnp.asarray(x)), fixed), loss, done, converged)
+        else:
+            converged = True  # no step downhill is left, however short
+        losses.append(loss)
+        converged |= len(losses) > _PATIENCE and losses[-1 - _PATIENCE] - loss <= tolerance * loss
+        watch(len(losses) - 1, loss)
+    return Fitted(eqx.combine(unravel(jnp.asarray(x)), fixed), loss, len(losses) - 1, converged)
 
 
 def _residual(law: SectionLaw, state: tuple[jax.Array, ...]) -> jax.Array:

@@ -45,7 +45,7 @@ def bad(capsys):
         ([*RUN, "--moment-max-nmm", "inf"], "--moment-max-nmm", "inf", "positive"),
         (["run"], "--out", "", "required"),
         (["fit", "missing.nc", "--out", "law.json"], "missing.nc", "", "expected a file of `run`"),
-        (["fit", "missing.nc", "--out", "law.json", "--hidden", "0"], "--hidden", "0", "at least 1"),
+        (["fit", "missing.nc", "--out", "law.json", "--ridges", "0"], "--ridges", "0", "at least 1"),
         (["sweep"], "run | fit | report", "sweep", "fit"),
     ],
 )
@@ -74,10 +74,10 @@ def calibrated(run_directory, tmp_path_factory):
     """A calibration file of a few iterations, from the command line."""
     file = tmp_path_factory.mktemp("fit") / "law.json"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("calibration.fit.STARTS", 1)
-        patch.setattr("calibration.fit.TRIAL_ITERATIONS", 5)
+        patch.setattr("calibration.pipeline.STARTS", 1)
+        patch.setattr("calibration.pipeline.TRIAL_ITERATIONS", 5)
         arguments = ["fit", str(run_directory / "dataset.nc"), "--out", str(file)]
-        assert main([*arguments, "--hidden", "8", "--iterations", "150", "--json"]) == 0
+        assert main([*arguments, "--ridges", "10", "--features", "8", "--iterations", "20", "--json"]) == 0
     return file
 
 
@@ -136,18 +136,18 @@ def test_report_compares_with_other_laws_on_the_same_states(calibrated, run_dire
     names = [row.split("|")[1].strip() for row in rows]
     assert names[-3:] == [
         "polynomial of degree 3 in (u, p)",
-        "tanh network 6–32–32–1 in (u, p)",
-        "free-state expansion",
+        "tanh network 6–24–24–1 in (u, p)",
+        "network of ridges",
     ]
 
 
 def test_a_domain_narrowed_on_the_command_line_judges_fewer_states(
     run_directory, tmp_path, monkeypatch, capsys
 ):
-    monkeypatch.setattr("calibration.fit.STARTS", 1)
-    monkeypatch.setattr("calibration.fit.TRIAL_ITERATIONS", 2)
+    monkeypatch.setattr("calibration.pipeline.STARTS", 1)
+    monkeypatch.setattr("calibration.pipeline.TRIAL_ITERATIONS", 2)
     arguments = ["fit", str(run_directory / "dataset.nc"), "--out", str(tmp_path / "law.json"), "--json"]
-    short = ["--hidden", "8", "--iterations", "200", "--pressure-max-kpa", "40", "30", "30"]
+    short = ["--ridges", "8", "--iterations", "10", "--pressure-max-kpa", "40", "30", "30"]
     assert main([*arguments, *short, "--pressure-sum-max-kpa", "60"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert rodmodel.read_calibration(tmp_path / "law.json").domain.pressure_max == (40e3, 30e3, 30e3)

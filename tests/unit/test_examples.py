@@ -24,7 +24,7 @@ def test_01_predict_prints_the_bending_and_draws_it(picture: Path) -> None:
     )
     assert run.returncode == 0, run.stderr
     rows = [line.split("│")[1:-1] for line in run.stdout.splitlines() if line.startswith("│")]
-    assert [float(row[0]) for row in rows] == [10, 20, 30, 40, 50, 60]
+    assert [float(row[0]) for row in rows] == [10, 20, 30, 40, 50, 55]
     angles, planes = ([float(row[column]) for row in rows] for column in (1, 2))
     assert angles == sorted(angles)
     assert 5.0 < angles[0] < angles[-1] < 180.0

@@ -24,7 +24,7 @@ from calibration.measured import ANGLE, PLANE, POSITIONS, PRESSURES, Measured
 from calibration.measured_file import read_adjustment
 from calibration.measured_fit import Noise, fit_measured
 from fem_reference import ActuatorGeometry, Ogden
-from rodmodel import FreeStateExpansion, LinearLaw
+from rodmodel import LinearLaw, RidgeNetwork
 
 OUTPUTS = (ANGLE, PLANE, *POSITIONS)
 TRUTH = np.array([1.0, 1.05, 0.93, 0.97, 600.0, -400.0, 300.0, 0.15, 0.0, -0.1])
@@ -181,7 +181,7 @@ def test_the_adjusted_law_is_a_potential_with_its_moment_free_curvature_and_expa
 def test_the_default_parameters_leave_the_law_as_it_is(rod):
     law = AdjustedLaw(rod.section, jnp.asarray(default_parameters()))
     u, p = jnp.array([3.0, -14.0, 2.0]), jnp.array([20e3, 5e3, 0.0])
-    assert isinstance(rod.section, FreeStateExpansion)
+    assert isinstance(rod.section, RidgeNetwork)
     np.testing.assert_allclose(law.moment(u, p), rod.section.moment(u, p), rtol=1e-14)
     np.testing.assert_allclose(law.volume(u, p), rod.section.volume(u, p), rtol=1e-12)
     np.testing.assert_allclose(law.free_curvature(p), rod.section.free_curvature(p), rtol=1e-12, atol=1e-12)

@@ -33,8 +33,9 @@ def content(file: Path) -> dict[str, Any]:
         synthetic.bending_law(),
         synthetic.bending_law(pressure_warp=4e3, mirror=False, hidden=(8,)),
         synthetic.linear_law(),
+        synthetic.ridge_law(symmetry="full"),
     ],
-    ids=["two hidden layers", "warped", "no hidden layer"],
+    ids=["two hidden layers", "warped", "no hidden layer", "ridges"],
 )
 def test_a_calibration_comes_back_to_the_last_bit(tmp_path: Path, law: Any) -> None:
     written = synthetic.calibration(law)
@@ -100,7 +101,7 @@ def changed(content: dict[str, Any], keys: str, value: Any) -> dict[str, Any]:
         ("layout.psi_rad", "zero", "'zero'", "a finite number"),
         ("actuator.body_length_m", -0.06, "-0.06", "a positive number"),
         ("actuator.cap_mass_kg", True, "True", "zero or a positive number"),
-        ("section_law.kind", "spline", "'spline'", '"free-state-expansion"'),
+        ("section_law.kind", "spline", "'spline'", '"ridge-network" or "free-state-expansion"'),
         ("section_law.mirror", 1, "1", "true or false"),
         ("section_law.pressure_warp_pa", -1.0, "-1.0", "a positive number or null"),
         ("section_law.weights", None, "nothing", "a list of matrices of finite numbers"),
@@ -159,3 +160,14 @@ def test_nothing_is_written_that_could_not_be_read(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="not JSON compliant"):
         save_calibration(bad, tmp_path / "calibration.json")
     assert not (tmp_path / "calibration.json").exists()
+
+
+def test_a_bad_array_of_ridges_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "calibration.json"
+    save_calibration(synthetic.calibration(synthetic.ridge_law()), file)
+    content = json.loads(file.read_text())
+    for value, came in (([1.0, "two"], "[1.0, 'two']"), ([[1.0]], "[[1.0]] of shape (1, 1)")):
+        file.write_text(json.dumps(changed(content, "section_law.offsets", value)))
+        assert told(file) == f"section_law.offsets: got {came}, expected a vector of finite numbers"
+    file.write_text(json.dumps(changed(content, "section_law.symmetry", "some")))
+    assert told(file) == "section_law: symmetry: got 'some', expected one of none, mirror, full"

@@ -93,18 +93,17 @@ def test_random_cases_of_a_convex_law_converge(column: Rod, count: int) -> None:
 
 @pytest.mark.parametrize("count", [500, pytest.param(10_000, marks=pytest.mark.slow)])
 def test_random_cases_of_the_shipped_law_agree_or_are_flagged(count: int) -> None:
-    """Many of these loads exceed the calibrated moments; there the quartic may lose its stiffness, to a tenth
-    and less, and carry no more, for one case in twenty-five. These are flagged, and there is no NaN. Where
-    both solvers are inside the calibration, tips agree to 1e-5 of the length."""
+    """From a cold start 99.9 % converge, or all but one of a few; the others are flagged; there is no NaN.
+    Where both solvers are inside the calibration, tips agree to 1e-5 of the length."""
     rod = rodmodel.load("double-helix")
     cases = random_cases(rod, count)
-    fixed, adaptive = (solve_all(rod, cases, solver) for solver in (FixedStep(16), Adaptive()))
+    fixed, adaptive = (solve_all(rod, cases, solver) for solver in (FixedStep(32), Adaptive()))
     for solution in (fixed, adaptive):
         assert np.all(np.isfinite(solution.tip_position))
-        assert np.mean(solution.converged) > 0.94
+        assert np.sum(~solution.converged) <= max(1, count // 1000)
         np.testing.assert_array_equal(solution.result == RESULTS.successful, solution.converged)
     inside = np.asarray(fixed.in_domain & adaptive.in_domain & fixed.converged & adaptive.converged)
-    assert inside.mean() > 0.3
+    assert inside.mean() > 0.99
     apart = np.linalg.norm(fixed.tip_position - adaptive.tip_position, axis=1)[inside]
     assert apart.max() < 1e-5 * LENGTH
 

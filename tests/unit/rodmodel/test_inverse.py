@@ -54,7 +54,13 @@ def test_1000_random_reachable_targets_are_reached_without_co_contraction(shippe
     targets = wanted.bending_angle, wanted.bending_plane, wanted.tip_position
     found = jax.jit(lambda targets: jax.lax.map(one, targets))(targets)
     assert np.mean(found.reached) >= 0.995
-    misses = np.linalg.norm(found.solution.tip_position - wanted.tip_position, axis=1)
+    if kind == "bend":
+        # Other pressures may make the same bend with another twist, which moves the tip a little.
+        length = shipped.actuator.body_length
+        tips = [length * s.bending_angle * jnp.exp(1j * s.bending_plane) for s in (found.solution, wanted)]
+    else:
+        tips = [s.tip_position.T for s in (found.solution, wanted)]
+    misses = np.linalg.norm(np.atleast_2d(tips[0] - tips[1]), axis=0)
     assert np.mean(misses <= 1e-4) >= 0.995
     assert np.median(found.distance) < 1e-8
     assert np.all(found.solution.in_domain)

@@ -7,6 +7,7 @@ than thousands of a quasi-Newton method, in less time.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Generic, TypeVar
 
 import equinox as eqx
@@ -62,8 +63,8 @@ def mean_square(law: SectionLaw, samples: Samples, scales: Metric) -> float:
     A law that is its own mirror image has the same residuals at the mirror image of every state: adding those
     to the data would change nothing.
     """
-    every = jax.jit(jax.vmap(_residual, (None, 0)))
-    return sum(float(jnp.sum(every(law, chunk) ** 2)) for chunk in _chunks(samples, scales))
+    every = jax.jit(jax.vmap(partial(_residual, law)))
+    return sum(float(jnp.sum(every(chunk) ** 2)) for chunk in _chunks(samples, scales))
 
 
 def fit(

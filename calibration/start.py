@@ -10,7 +10,6 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from rodmodel import Domain, RidgeNetwork
-from rodmodel.section import SYMMETRIES
 
 # Pressures at which the guess is fitted, how far beyond the domain they go, and steps of the way to each.
 _PRESSURES, _BEYOND, _STEPS = 2000, 1.1, 30
@@ -78,7 +77,7 @@ def with_guess(law: RidgeNetwork, domain: Domain, seed: int = 0) -> RidgeNetwork
     roots = np.asarray(_roots(law, jnp.asarray(pressure)))
     found = np.isfinite(roots).all(axis=1)
 
-    images = SYMMETRIES[law.symmetry]
+    images = law.images
     rest = np.asarray(law.features(jnp.zeros(3)))
     rows = np.zeros((int(found.sum()), 3, 3, law.slopes.size))
     for turn, order in images:

@@ -163,10 +163,13 @@ def _degrees(angle: Array) -> float | None:
     return _number(math.degrees(float(angle)))
 
 
+_WHOLE_TURN = 360.0 - 1e-9
+
+
 def _turn(angle: Array) -> float | None:
     """In [0, 360) degrees; a rounding below zero is zero, not a whole turn."""
     degrees = _degrees(angle)
-    return None if degrees is None else round(degrees, 9) % 360.0
+    return 0.0 if degrees is not None and degrees > _WHOLE_TURN else degrees
 
 
 def _row(values: list[float | None]) -> str:

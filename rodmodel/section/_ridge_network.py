@@ -92,13 +92,18 @@ class RidgeNetwork(SectionLaw):
             if not (math.isfinite(value) and value > 0):
                 raise ValueError(f"{name}: got {value}, expected a positive number")
 
+    @property
+    def images(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Of a state (u, p) under the symmetry, itself included: (U u, p[order]) for each U and order."""
+        return SYMMETRIES[self.symmetry]
+
     def at(self, pressure: Float[Array, "3"]) -> RidgeLaw:
         """Contract the law to a function of the curvature."""
         return self.contracted(pressure).settled()
 
     def contracted(self, pressure: Float[Array, "3"]) -> RidgeLaw:
         """The law at one pressure, its free curvature the guess still."""
-        images = SYMMETRIES[self.symmetry]
+        images = self.images
         share = 1.0 / len(images)
         turns = jnp.asarray(np.array([turn for turn, _ in images]), self.offsets.dtype)
         orders = np.array([order for _, order in images])

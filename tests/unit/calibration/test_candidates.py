@@ -92,6 +92,6 @@ def test_the_free_curvature_is_a_root_of_the_moment(law):
 def test_the_network_trains_on_the_same_residuals(states):
     scales = metric(states, 0.06, 3e3, 7e-4)
     before = network_law(SCALES, seed=0, hidden=8)
-    after = fit(before, states, scales, 8)
+    after = fit(before, states, scales, 20)
     assert after.loss == pytest.approx(mean_square(after.law, states, scales), rel=1e-10)
     assert after.loss < 0.1 * mean_square(before, states, scales)

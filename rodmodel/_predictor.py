@@ -17,6 +17,7 @@ from rodmodel._kernel import one_kernel
 from rodmodel._loads import Loads, resultants
 from rodmodel._march import march
 from rodmodel._rotation import rotation_of
+from rodmodel.section import RidgeLaw
 
 _LOADS = ("tip_force", "tip_moment", "gravity", "distributed_force")
 _TOLERANCE = 1e-7
@@ -214,8 +215,12 @@ def _row(rod: Any, names: tuple[str, ...], solver: FixedStep, row: Any, jacobian
             answer.append(_tip_jacobian(loaded, law_by_pressure, reached.unknown, solver.steps))
         return jnp.concatenate(answer)
 
-    # The network of the law has matrix products, which one kernel cannot have.
-    found = one_kernel(answer_of, equilibrium, parts[-1], law_by_pressure)
+    # The network of the law has matrix products, which one kernel cannot have; and XLA makes some of the
+    # derivatives of sums over ridges.
+    if jacobian and isinstance(law, RidgeLaw):
+        found = answer_of(equilibrium, parts[-1], law_by_pressure)
+    else:
+        found = one_kernel(answer_of, equilibrium, parts[-1], law_by_pressure)
     in_domain = rod.domain.covers_pressure(pressure)
     flags = jnp.where(good, jnp.append(found[17:19], in_domain.astype(row.dtype)), 0.0)
     derivatives = jnp.where(good, found[19:], jnp.nan)

@@ -73,22 +73,17 @@ class RidgeLaw(CurvatureLaw):
         cube = self.weights * square * jnp.sqrt(square)
         bend = -3.0 * z * square * cube
         jerk = square * cube * (15.0 * z * z * square - 3.0)
-        pairs = jnp.stack([d[i] * d[j] for i, j in PAIRS])
-        triples = jnp.stack([d[i] * d[j] * d[k] for i, j, k in TRIPLES])
-        pull, tangent, third = jnp.stack(d) @ cube, pairs @ bend, triples @ jerk
+        # Sums, which the compiler fuses into one kernel as it does no matrix product.
+        q, (a, b, c) = self.quadratic, x
         first = self.energy_scale / self.curvature_scale
-        second = first / self.curvature_scale
-        q = self.quadratic
-        moment = [
-            first * (self.slope[i] + q[i, 0] * x[0] + q[i, 1] * x[1] + q[i, 2] * x[2] + pull[i])
+        second, third = first / self.curvature_scale, first / self.curvature_scale**2
+        moment = tuple(
+            first * (self.slope[i] + q[i, 0] * a + q[i, 1] * b + q[i, 2] * c + jnp.sum(cube * d[i]))
             for i in range(3)
-        ]
-        a, b, c, e, f, g = (second * (q[pair] + tangent[n]) for n, pair in enumerate(PAIRS))
-        return Expansion(
-            (moment[0], moment[1], moment[2]),
-            (a, b, c, e, f, g),
-            tuple(second / self.curvature_scale * third[n] for n in range(len(TRIPLES))),
         )
+        k11, k12, k13, k22, k23, k33 = (second * (q[i, j] + jnp.sum(bend * d[i] * d[j])) for i, j in PAIRS)
+        slope = tuple(third * jnp.sum(jerk * d[i] * d[j] * d[k]) for i, j, k in TRIPLES)
+        return Expansion((moment[0], moment[1], moment[2]), (k11, k12, k13, k22, k23, k33), slope)
 
     def turned(self, turns: int) -> "RidgeLaw":
         """Law of the same section seen from axes turned by −120° · `turns` about its own."""

@@ -47,7 +47,7 @@ def law_of(symmetry="mirror"):
 
 
 class Manufactured(SectionLaw):
-    """The manufactured potential, off by a quadratic of given stiffness about the state it came from."""
+    """The manufactured potential, off by a constant moment."""
 
     offset: jnp.ndarray
 

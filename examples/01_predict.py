@@ -41,7 +41,7 @@ def main(picture: Path) -> None:
         table.add_row(
             f"{1e-3 * pressure[0]:.0f}",
             f"{np.degrees(solution.bending_angle):.2f}",
-            f"{round(np.degrees(float(solution.bending_plane)), 2) % 360.0:.2f}",  # rounded, 360 is 0
+            f"{np.degrees(solution.bending_plane):.2f}",
             "  ".join(f"{1e3 * x:6.2f}" for x in solution.tip_position),
             "  ".join(f"{1e9 * volume:7.1f}" for volume in solution.chamber_volume),
             f"{np.degrees(solution.error_estimate):.2f}",

@@ -5,6 +5,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+# Of the azimuth of a rod that bends in its plane of symmetry, whose law is solved for by iteration.
+_ROUNDINGS = 4096
+
 
 def bending(
     tangents: Float[Array, "n 3"], chord: Float[Array, "3"]
@@ -45,9 +48,10 @@ def bending(
     # Subtracted, not negated: for y = 0 that gives +0, of which the azimuth is +0 or π.
     ahead_x, ahead_y = jnp.where(back, x, 0.0 - x), jnp.where(back, y, 0.0 - y)
     azimuth = jnp.arctan2(jnp.where(vertical, 0.0, ahead_y), jnp.where(vertical, 1.0, ahead_x))
-    plane = jnp.where(azimuth < 0.0, azimuth + 2.0 * jnp.pi, azimuth)
-    # Less than half a rounding below zero is a whole turn after rounding.
-    return angle, jnp.where(plane < 2.0 * jnp.pi, plane, 0.0)
+    # A few roundings below zero are zero, not a whole turn; the derivative is that of the azimuth.
+    rounding = azimuth > -_ROUNDINGS * jnp.finfo(azimuth.dtype).eps
+    below = jnp.minimum(jax.lax.stop_gradient(azimuth), 0.0)
+    return angle, jnp.where(rounding, azimuth - below, azimuth + 2.0 * jnp.pi)
 
 
 def _half_turns(tangents: Float[Array, "n 3"], chord: Float[Array, "3"]) -> Float[Array, ""]:

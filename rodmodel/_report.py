@@ -19,7 +19,7 @@ def prediction_record(solution: Solution) -> dict[str, Any]:
     """Prediction as a JSON object; what is not known is null."""
     return {
         "bending_angle_deg": _degrees(solution.bending_angle),
-        "bending_plane_deg": _turn(solution.bending_plane),
+        "bending_plane_deg": _degrees(solution.bending_plane),
         "tip_position_mm": [_number(x) for x in 1e3 * np.asarray(solution.tip_position)],
         "chamber_volume_mm3": [_number(x) for x in 1e9 * np.asarray(solution.chamber_volume)],
         "converged": bool(solution.converged),
@@ -161,15 +161,6 @@ def _number(value: float) -> float | None:
 
 def _degrees(angle: Array) -> float | None:
     return _number(math.degrees(float(angle)))
-
-
-_WHOLE_TURN = 360.0 - 1e-9
-
-
-def _turn(angle: Array) -> float | None:
-    """In [0, 360) degrees; a rounding below zero is zero, not a whole turn."""
-    degrees = _degrees(angle)
-    return 0.0 if degrees is not None and degrees > _WHOLE_TURN else degrees
 
 
 def _row(values: list[float | None]) -> str:

@@ -23,8 +23,9 @@ from rodmodel.cli._options import (
     plot,
 )
 
-# Compiles in a third of the reference solver's time, and agrees with it to 2e-7 of the length in the domain.
-_SOLVER = FixedStep(16)
+# Compiles in a third of the reference solver's time. Of random loads over the domain 99.9 % agree with it to
+# 2e-6 of the length, the worst, where the section has hardly any stiffness, to 4e-4.
+_SOLVER = FixedStep(32)
 _PRESSURES = "three gauge pressures, one for each chamber, each 0 or more [kPa]"
 
 

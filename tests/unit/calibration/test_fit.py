@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from manufactured_cell import potential
 
+from calibration.candidates import _Contracted
 from calibration.error import figures
 from calibration.fit import fit, mean_square
 from calibration.pipeline import fit_and_judge, symmetry_of
@@ -46,16 +47,23 @@ def law_of(symmetry="mirror"):
     return initial_law(SCALES, ridges=6, features=5, seed=0, symmetry=symmetry)
 
 
+class ManufacturedInCurvature(_Contracted):
+    """The manufactured potential at one pressure, off by a constant moment."""
+
+    offset: jnp.ndarray
+    pressure: jnp.ndarray
+
+    def energy(self, curvature):
+        return potential(curvature, self.pressure) + self.offset @ curvature
+
+
 class Manufactured(SectionLaw):
     """The manufactured potential, off by a constant moment."""
 
     offset: jnp.ndarray
 
     def at(self, pressure):
-        raise NotImplementedError
-
-    def potential(self, curvature, pressure):
-        return potential(curvature, pressure) + self.offset @ curvature
+        return ManufacturedInCurvature(self.offset, pressure)
 
 
 def test_a_moment_error_counts_as_the_bending_angle_it_causes(some):

@@ -33,6 +33,15 @@ def test_an_arc_has_its_angle_and_plane(angle_deg: float, plane_deg: float) -> N
     np.testing.assert_allclose(np.degrees(plane), plane_deg, atol=np.degrees(tolerance))
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_rounding_off_the_plane_of_chamber_1_is_none_and_keeps_the_slope(sign: float) -> None:
+    """Below zero it would be a whole turn; the slope of the azimuth −u₁/u₂ by u₁ is 1/20 on both sides."""
+    plane = lambda off: arc_bending(jnp.array([0.0, -20.0, 0.0]).at[0].set(off))[1]  # noqa: E731
+    off = sign * 1e-13
+    assert 0.0 <= float(plane(off)) <= 1e-13
+    assert float(jax.grad(plane)(off)) == pytest.approx(0.05, rel=1e-9)
+
+
 def test_chambers_bend_towards_their_azimuths() -> None:
     """Chamber 1 alone has u₂ < 0 and plane 0; chamber 2 alone, 120° further round, plane 120°."""
     assert arc_bending(jnp.array([0.0, -20.0, 0.0]))[1] == 0.0

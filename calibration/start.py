@@ -81,7 +81,8 @@ def with_guess(law: RidgeNetwork, domain: Domain, seed: int = 0) -> RidgeNetwork
     rest = np.asarray(law.features(jnp.zeros(3)))
     rows = np.zeros((int(found.sum()), 3, 3, law.slopes.size))
     for turn, order in images:
-        inputs = np.asarray(law.features(jnp.asarray(pressure[found][:, order] / law.pressure_scale))) - rest
+        scaled = jnp.asarray(pressure[found][:, order] / law.pressure_scale)
+        inputs = np.asarray(jax.vmap(law.features)(scaled)) - rest
         rows += np.einsum("ji,nk->nijk", turn, inputs) / len(images)
     target = (roots[found] / law.curvature_scale).ravel()
     solution = np.linalg.lstsq(rows.reshape(len(target), -1), target, rcond=1e-8)[0]

@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 from rodmodel._components import (
     Quaternion,
     Scalar,
+    Symmetric,
     Triple,
     apply,
     axis_cross,
@@ -75,6 +76,11 @@ class Equilibrium(eqx.Module):
         if self.zone is None:
             return free
         return free * self.zone.factors(0.0 * free[0], self.actuator.body_length).free
+
+    def base_stiffness(self) -> Symmetric:
+        """Tangent stiffness of the section at the base at its free curvature [N m²]."""
+        free = triple(self.base_curvature())
+        return section_state(self.law, self.zone, free, 0.0 * free[0], self.actuator.body_length).stiffness
 
     @eqx.filter_jit
     def turn_rate(self, fraction: Scalar, state: State, follower: Triple | None) -> Triple:

@@ -9,7 +9,20 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from rodmodel._balance import Equilibrium, State, Variation
-from rodmodel._components import Quaternion, Triple, combine, cross, dot, screw_by, solve, triple
+from rodmodel._components import (
+    Quaternion,
+    Scalar,
+    Triple,
+    apply,
+    combine,
+    cross,
+    dot,
+    inverse,
+    out_of_body,
+    screw_by,
+    solve,
+    triple,
+)
 from rodmodel._march import Nodes, base_state, step
 from rodmodel._second_variation import end_resists, no_fold
 
@@ -93,7 +106,7 @@ def follow(
         The equilibrium it leads to is taken, whether stable or not. If it leads to none, as without it.
     steps : of the integration.
     tolerance : on u L at the base [rad].
-    warm : whether there is a start, where that is not known before; where not, it must be the free one.
+    warm : whether there is a start, where that is not known before.
 
     Returns
     -------
@@ -180,6 +193,7 @@ def _begin(
     if equilibrium.zone is not None:
         turns = turns * equilibrium.zone.factors(length * fractions, length).free[:, None]
     nowhere = _free_shape(turns)
+    slope = _first_slope(equilibrium, nowhere)
     none = jnp.zeros((), int)
     one = jnp.ones((), dtype)
     unknown = jnp.concatenate([length * equilibrium.base_curvature(), jnp.zeros(n - 3, dtype)])
@@ -195,12 +209,50 @@ def _begin(
     )
     return _Progress(
         reached,
-        slope=jnp.zeros(n, dtype),
+        slope=slope,
         step=one,
-        guess=unknown if start is None else start,
+        guess=_first_guess(unknown + slope, start, warm),
         size=jnp.inf * one,
         warm=jnp.array(start is not None) if warm is None else warm,
     )
+
+
+def _first_guess(
+    cold: Float[Array, " n"], start: Float[Array, " n"] | None, warm: Bool[Array, ""] | None
+) -> Float[Array, " n"]:
+    if start is None:
+        return cold
+    return start if warm is None else jnp.where(warm, start, cold)
+
+
+def _first_slope(equilibrium: Equilibrium, free: Nodes) -> Float[Array, " n"]:
+    """Slope of the unknowns by the load fraction at no load.
+
+    It is what the loads' moment about the base does there, with the rod in its free shape.
+    """
+    loads, actuator = equilibrium.loads, equilibrium.actuator
+    positions = actuator.body_length * free.positions
+    w, x, y, z = free.quaternions[-1]
+    none = jnp.zeros_like(w)
+    frame, end = (w, x, y, z), triple(positions[-1])
+    axis = out_of_body(frame, (none, none, none + 1.0))
+    middle = triple(jnp.sum(positions[:-1] + positions[1:], axis=0) / (2.0 * (positions.shape[0] - 1)))
+    moment = combine(
+        (1.0, triple(loads.end_moment)),
+        (1.0, out_of_body(frame, triple(loads.follower_moment))),
+        (1.0, cross(end, triple(loads.end_force))),
+        (1.0, cross(axis, triple(loads.lever))),
+        (1.0, cross(middle, triple(loads.body_force))),
+    )
+    forces: tuple[Scalar, ...] = ()
+    if loads.follower_force is not None:
+        pulled = out_of_body(frame, triple(loads.follower_force))
+        arm = combine((1.0, end), (actuator.cap_length, axis))
+        moment = combine((1.0, moment), (1.0, cross(arm, pulled)))
+        forces = pulled
+    turn = combine((actuator.body_length, apply(inverse(equilibrium.base_stiffness()), moment)))
+    slope = jnp.stack([*turn, *forces])
+    return jnp.where(jnp.all(jnp.isfinite(slope)), slope, 0.0)
 
 
 def _free_shape(turns: Float[Array, "nodes 3"]) -> Nodes:

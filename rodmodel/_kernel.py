@@ -1,5 +1,6 @@
 """Compile a function of small arrays to one function of machine code."""
 
+import contextlib
 import math
 from collections.abc import Callable
 from typing import Any
@@ -12,8 +13,10 @@ from jaxtyping import Array, Float
 
 # On a CPU, XLA starts a kernel for each fused operation, at 50 ns or more, which is what small arrays cost. A
 # call with these attributes it compiles to one kernel, loops included: what it does by itself for loops over
-# less than 1 kB. Library calls (LAPACK), scatters and sorts cannot be in it.
+# less than 1 kB. Library calls (LAPACK), scatters and sorts cannot be in it; matrix products can, where an option
+# of the whole compilation keeps XLA from leaving them to a library. Each constant in a kernel costs 100 ns a call.
 
+_WITHOUT_LIBRARY = {"xla_cpu_experimental_ynn_fusion_type": ""}
 _ONE_KERNEL = {"xla_cpu_small_call": "true", "inlineable": "false"}
 
 
@@ -62,6 +65,19 @@ def one_kernel(function: Callable[..., Any], *arguments: Any) -> Any:
     parts = _unpack(call(_pack(leaves, dtype)), [answer.shape for answer in answers])
     typed = [part.astype(answer.dtype) for part, answer in zip(parts, answers, strict=True)]
     return jax.tree.unflatten(answer_structure, typed)
+
+
+def compile_with_kernels(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function by `jax.jit`, so that what is one kernel in it may hold matrix products."""
+    on_cpu = jax.default_backend() == "cpu"
+    return jax.jit(function, compiler_options=_WITHOUT_LIBRARY if on_cpu else None)
+
+
+def folded(function: Callable[..., Any], *arguments: Any) -> Any:
+    """Call a function, at once where none of its arguments is being traced: for constants in one kernel."""
+    traced = any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(arguments))
+    with contextlib.nullcontext() if traced else jax.ensure_compile_time_eval():
+        return function(*arguments)
 
 
 def _pack(leaves: list[Any], dtype: jnp.dtype) -> Float[Array, " n"]:

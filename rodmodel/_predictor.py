@@ -13,11 +13,10 @@ from rodmodel._bending import bending
 from rodmodel._components import solve, triple
 from rodmodel._equilibria import FixedStep
 from rodmodel._follow import CONVERGED, follow, scaled
-from rodmodel._kernel import one_kernel
+from rodmodel._kernel import compile_with_kernels, one_kernel
 from rodmodel._loads import Loads, resultants
 from rodmodel._march import march
 from rodmodel._rotation import rotation_of
-from rodmodel.section import RidgeLaw
 
 _LOADS = ("tip_force", "tip_moment", "gravity", "distributed_force")
 _TOLERANCE = 1e-7
@@ -99,8 +98,8 @@ class Predictor:
             self.compilations += 1
             return _row(rod, self.loads, solver, row, jacobian=True)
 
-        self._one = jax.jit(row_of)
-        self._one_with_jacobian = jax.jit(row_with_jacobian)
+        self._one = compile_with_kernels(row_of)
+        self._one_with_jacobian = compile_with_kernels(row_with_jacobian)
         self._many = self._spread(jax.vmap(row_of))
         self._warm: np.ndarray | None = None
         self.compilations = 0
@@ -123,11 +122,12 @@ class Predictor:
 
     def _spread(self, rows: Any) -> Any:
         if len(self.devices) == 1:
-            return jax.jit(rows)
+            return compile_with_kernels(rows)
         mesh = Mesh(np.array(self.devices), ("rows",))
         spec = PartitionSpec("rows")
         self._sharding = NamedSharding(mesh, spec)
-        return jax.jit(jax.shard_map(rows, mesh=mesh, in_specs=spec, out_specs=spec, check_vma=False))
+        spread = jax.shard_map(rows, mesh=mesh, in_specs=spec, out_specs=spec, check_vma=False)
+        return compile_with_kernels(spread)
 
     def reset(self) -> None:
         """Forget the last solution: the next single call starts cold."""
@@ -194,15 +194,12 @@ def _row(rod: Any, names: tuple[str, ...], solver: FixedStep, row: Any, jacobian
     pressure, *given = (jnp.where(good, part, 0.0) for part in parts[:-1])
     actuator, length = rod.actuator, rod.actuator.body_length
     loads = resultants(Loads(**dict(zip(names, given, strict=True))), actuator, row.dtype)
-    law = rod.section.at(pressure)
-    equilibrium = Equilibrium(law, rod.end_zone, loads, actuator)
-    law_by_pressure = jax.jacfwd(rod.section.at)(pressure) if jacobian else None
     tolerance = _TOLERANCE if solver.tolerance is None else solver.tolerance
 
-    def answer_of(equilibrium: Equilibrium, start: Any, law_by_pressure: Any) -> Any:
+    def answer_of(pressure: Any, loads: Any, start: Any) -> Any:
+        equilibrium = Equilibrium(rod.section.at(pressure), rod.end_zone, loads, actuator)
         is_warm = jnp.all(jnp.isfinite(start))
-        begin = jnp.where(is_warm, start, length * equilibrium.base_curvature())
-        reached = follow(equilibrium, begin, solver.steps, tolerance, is_warm)
+        reached = follow(equilibrium, start, solver.steps, tolerance, is_warm)
         rotations = jax.vmap(rotation_of)(reached.nodes.quaternions)
         position, last = length * reached.nodes.positions[-1], rotations[-1]
         angle, plane = bending(rotations[:, :, 2], position)
@@ -212,15 +209,11 @@ def _row(rod: Any, names: tuple[str, ...], solver: FixedStep, row: Any, jacobian
         answer = [tip, last.ravel(), jnp.stack([angle, plane]), reached.unknown, flags]
         if jacobian:
             loaded = scaled(equilibrium, reached.load_fraction)
+            law_by_pressure = jax.jacfwd(rod.section.at)(pressure)
             answer.append(_tip_jacobian(loaded, law_by_pressure, reached.unknown, solver.steps))
         return jnp.concatenate(answer)
 
-    # The network of the law has matrix products, which one kernel cannot have; and XLA makes some of the
-    # derivatives of sums over ridges.
-    if jacobian and isinstance(law, RidgeLaw):
-        found = answer_of(equilibrium, parts[-1], law_by_pressure)
-    else:
-        found = one_kernel(answer_of, equilibrium, parts[-1], law_by_pressure)
+    found = one_kernel(answer_of, pressure, loads, parts[-1])
     in_domain = rod.domain.covers_pressure(pressure)
     flags = jnp.where(good, jnp.append(found[17:19], in_domain.astype(row.dtype)), 0.0)
     derivatives = jnp.where(good, found[19:], jnp.nan)

@@ -1,15 +1,18 @@
 """The section law that calibrations ship: ridge functions of the curvature that move with the pressures."""
 
 import math
+from dataclasses import replace
 from typing import final
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from rodmodel._kernel import folded
 from rodmodel.section._law import SectionLaw
-from rodmodel.section._ridges import RidgeLaw
+from rodmodel.section._ridges import RidgeLaw, product, weighted_sum
 from rodmodel.section._turned import INTO_TURNED
 
 _MIRROR = np.diag([-1.0, 1.0, -1.0])  # of the curvatures, y → −y
@@ -103,29 +106,40 @@ class RidgeNetwork(SectionLaw):
 
     def contracted(self, pressure: Float[Array, "3"]) -> RidgeLaw:
         """The law at one pressure, its free curvature the guess still."""
-        images = self.images
-        share = 1.0 / len(images)
-        turns = jnp.asarray(np.array([turn for turn, _ in images]), self.offsets.dtype)
-        orders = np.array([order for _, order in images])
-        inputs = self.features(pressure[orders] / self.pressure_scale)
-        rest = self.features(jnp.zeros_like(pressure))
-        rest_offsets = self.mixing @ rest + self.offsets
+        share = 1.0 / len(self.images)
+        # As data: constants would be copied to wherever they are used.
+        still, rows, guess = jax.lax.optimization_barrier(folded(RidgeNetwork._still, self))
+        rest = folded(RidgeNetwork.features, self, np.zeros(3, self.offsets.dtype))
+        offsets, value, free = [], still.constant, still.free_curvature
+        for turn, order in self.images:
+            inputs = self.features(pressure[order] / self.pressure_scale)
+            offsets.append(weighted_sum(inputs, rows) + self.offsets)
+            value = value + share * jnp.sum((inputs - rest) * self.slopes)
+            free = (
+                free
+                + self.curvature_scale * share * product(weighted_sum(inputs - rest, guess)[None], turn)[0]
+            )
+        value = value - self.rest_volume / self.energy_scale * jnp.sum(pressure)
+        return replace(still, offsets=jnp.concatenate(offsets), constant=value, free_curvature=free)
+
+    def _still(self) -> tuple[RidgeLaw, Array, Array]:
+        """Contracted law at rest, but for its offsets: what does not move with the pressures."""
+        share, turns = 1.0 / len(self.images), np.array([turn for turn, _ in self.images])
+        rest_offsets = self.mixing @ self.features(jnp.zeros(3, self.offsets.dtype)) + self.offsets
         inverse = 1.0 / jnp.sqrt(1.0 + rest_offsets**2)
-        rest_slope = (self.weights * inverse**3) @ self.directions
         lower = jnp.zeros((3, 3), self.offsets.dtype).at[np.tril_indices(3)].set(self.factor)
-        value = share * jnp.sum((inputs - rest) @ self.slopes) - self.weights @ (rest_offsets * inverse)
-        free = share * jnp.einsum("gji,jk,gk->i", turns, self.guess, inputs - rest)
-        return RidgeLaw(
-            free_curvature=self.curvature_scale * free,
-            constant=value - self.rest_volume / self.energy_scale * jnp.sum(pressure),
-            slope=-share * jnp.einsum("gji,j->i", turns, rest_slope),
+        law = RidgeLaw.of(
+            jnp.concatenate([product(self.directions, turn) for turn in turns]),
+            free_curvature=jnp.zeros(3, self.offsets.dtype),
+            constant=-self.weights @ (rest_offsets * inverse),
+            slope=-share * turns.sum(axis=0).T @ ((self.weights * inverse**3) @ self.directions),
             quadratic=share * jnp.einsum("gji,jk,gkl->il", turns, lower @ lower.T, turns),
-            directions=jnp.einsum("rj,gji->gri", self.directions, turns).reshape(-1, 3),
-            offsets=(inputs @ self.mixing.T + self.offsets).reshape(-1),
-            weights=jnp.tile(share * self.weights, len(images)),
+            offsets=jnp.tile(rest_offsets, len(turns)),
+            weights=jnp.tile(share * self.weights, len(turns)),
             energy_scale=self.energy_scale,
             curvature_scale=self.curvature_scale,
         )
+        return law, self.mixing.T, self.guess.T
 
     def potential(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, ""]:
         """See `SectionLaw.potential`; does not seek the free curvature."""
@@ -139,7 +153,8 @@ class RidgeNetwork(SectionLaw):
         """See `SectionLaw.stiffness`; does not seek the free curvature."""
         return self.contracted(pressure).stiffness(curvature)
 
-    def features(self, inputs: Float[Array, "*n 3"]) -> Float[Array, "*n inputs"]:
+    @eqx.filter_jit
+    def features(self, inputs: Float[Array, "3"]) -> Float[Array, " inputs"]:
         """h(q) of scaled pressures."""
-        hidden = jnp.tanh(inputs @ self.feature_weights.T + self.feature_biases)
-        return jnp.concatenate([inputs, hidden], axis=-1)
+        hidden = jnp.tanh(weighted_sum(inputs, self.feature_weights.T) + self.feature_biases)
+        return jnp.concatenate([inputs, hidden])

@@ -1,14 +1,19 @@
 """A sum of ridge functions of the curvature: the section law at one pressure."""
 
+import functools
+import operator
+from collections.abc import Callable
 from dataclasses import replace
-from typing import final
+from typing import Any, final
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
-from rodmodel._components import Triple, combine
+from rodmodel._components import Symmetric, Triple, apply, combine, dot, inverse, solve, triple
+from rodmodel._kernel import one_kernel
 from rodmodel.section._law import PAIRS, TRIPLES, CurvatureLaw, Expansion
 from rodmodel.section._turned import INTO_TURNED
 
@@ -17,6 +22,8 @@ from rodmodel.section._turned import INTO_TURNED
 _CONVERGED = 1e-13
 _LONGEST = 0.2
 _MOST = 60
+
+_PARTS = 4  # of a long sum, which do not wait for each other
 
 
 @final
@@ -34,10 +41,22 @@ class RidgeLaw(CurvatureLaw):
     slope: Float[Array, "3"]
     quadratic: Float[Array, "3 3"]
     directions: Float[Array, "ridges 3"]
+    pairs: Float[Array, "ridges 6"]
+    """d_j ⊗ d_j of each ridge, entries as of a stiffness: `expand` is called at every stage along a rod."""
+    triples: Float[Array, "ridges 10"]
+    """d_j ⊗ d_j ⊗ d_j, the entries of non-decreasing indices."""
     offsets: Float[Array, " ridges"]
     weights: Float[Array, " ridges"]
     energy_scale: float = eqx.field(static=True)
     curvature_scale: float = eqx.field(static=True)
+
+    @classmethod
+    def of(cls, directions: Float[Array, "ridges 3"], **others: Any) -> "RidgeLaw":
+        """Law of given directions and all else but their products."""
+        d = directions.T
+        pairs = jnp.stack([d[i] * d[j] for i, j in PAIRS], axis=-1)
+        triples = jnp.stack([d[i] * d[j] * d[k] for i, j, k in TRIPLES], axis=-1)
+        return cls(directions=directions, pairs=pairs, triples=triples, **others)
 
     def energy(self, curvature: Float[Array, "3"]) -> Float[Array, ""]:
         """Potential Π [J/m]."""
@@ -67,33 +86,55 @@ class RidgeLaw(CurvatureLaw):
         With r = (1 + z²)^−½: φ' = r³, φ'' = −3 z r⁵, φ''' = r⁵ (15 z² r² − 3).
         """
         x = combine((1.0 / self.curvature_scale, curvature))
-        d = tuple(self.directions[:, axis] for axis in range(3))
-        z = d[0] * x[0] + d[1] * x[1] + d[2] * x[2] + self.offsets
-        square = 1.0 / (1.0 + z * z)
-        cube = self.weights * square * jnp.sqrt(square)
-        bend = -3.0 * z * square * cube
-        jerk = square * cube * (15.0 * z * z * square - 3.0)
-        # Sums, which the compiler fuses into one kernel as it does no matrix product.
-        q, (a, b, c) = self.quadratic, x
+        cube, bend, jerk = self._slopes(x)
         first = self.energy_scale / self.curvature_scale
         second, third = first / self.curvature_scale, first / self.curvature_scale**2
-        moment = tuple(
-            first * (self.slope[i] + q[i, 0] * a + q[i, 1] * b + q[i, 2] * c + jnp.sum(cube * d[i]))
-            for i in range(3)
+        moment, stiffness = self._balance(x, cube), self._tangent(bend)
+        slope = weighted_sum(jerk, self.triples)
+        a, b, c, d, e, f = (second * entry for entry in stiffness)
+        return Expansion(
+            combine((first, moment)),
+            (a, b, c, d, e, f),
+            tuple(third * slope[n] for n in range(len(TRIPLES))),
         )
-        k11, k12, k13, k22, k23, k33 = (second * (q[i, j] + jnp.sum(bend * d[i] * d[j])) for i, j in PAIRS)
-        slope = tuple(third * jnp.sum(jerk * d[i] * d[j] * d[k]) for i, j, k in TRIPLES)
-        return Expansion((moment[0], moment[1], moment[2]), (k11, k12, k13, k22, k23, k33), slope)
+
+    @eqx.filter_jit
+    def _slopes(self, x: Triple) -> tuple[Array, Array, Array]:
+        """Of all ridges, c φ', c φ'' and c φ'''."""
+        d = self.directions
+        z = d[:, 0] * x[0] + d[:, 1] * x[1] + d[:, 2] * x[2] + self.offsets
+        root = 1.0 / jnp.sqrt(1.0 + z * z)
+        square = root * root
+        cube = self.weights * square * root
+        fifth = square * cube
+        return cube, -3.0 * z * fifth, fifth * (15.0 * z * z * square - 3.0)
+
+    def _balance(self, x: Triple, cube: Float[Array, " ridges"]) -> Triple:
+        """Moment over E/u_s."""
+        q, ridges = self.quadratic, weighted_sum(cube, self.directions)
+        a, b, c = (self.slope[i] + dot(triple(q[i]), x) + ridges[i] for i in range(3))
+        return a, b, c
+
+    def _tangent(self, bend: Float[Array, " ridges"]) -> Symmetric:
+        """Stiffness over E/u_s²."""
+        ridges = weighted_sum(bend, self.pairs)
+        a, b, c, d, e, f = (self.quadratic[pair] + ridges[n] for n, pair in enumerate(PAIRS))
+        return a, b, c, d, e, f
 
     def turned(self, turns: int) -> "RidgeLaw":
         """Law of the same section seen from axes turned by −120° · `turns` about its own."""
-        turn = jnp.asarray(INTO_TURNED[turns], self.quadratic.dtype)
-        return replace(
-            self,
-            free_curvature=self.free_curvature @ turn,
-            slope=self.slope @ turn,
-            quadratic=turn.T @ self.quadratic @ turn,
-            directions=self.directions @ turn,
+        turn = INTO_TURNED[turns]
+        vectors = product(jnp.stack([self.free_curvature, self.slope]), turn)
+        return RidgeLaw.of(
+            product(self.directions, turn),
+            free_curvature=vectors[0],
+            constant=self.constant,
+            slope=vectors[1],
+            quadratic=product(product(self.quadratic, turn).T, turn),
+            offsets=self.offsets,
+            weights=self.weights,
+            energy_scale=self.energy_scale,
+            curvature_scale=self.curvature_scale,
         )
 
     def settled(self) -> "RidgeLaw":
@@ -103,40 +144,51 @@ class RidgeLaw(CurvatureLaw):
         """
 
         def imbalance(x: Array) -> Array:
-            return self.moment(x * self.curvature_scale) * (self.curvature_scale / self.energy_scale)
-
-        def step(x: Array) -> Array:
-            stiffness = self.stiffness(x * self.curvature_scale)
-            return _solve(stiffness * (self.curvature_scale**2 / self.energy_scale), imbalance(x))
+            return jnp.stack(self._balance(triple(x), self._slopes(triple(x))[0]))
 
         def newton(_: object, start: Array) -> Array:
-            def unfinished(at: tuple[Array, Array, Array]) -> Array:
-                return (jnp.max(jnp.abs(at[1])) > _CONVERGED) & (at[2] < _MOST)
+            return one_kernel(RidgeLaw._root, self, start)
 
-            def advance(at: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
-                change = step(at[0])
-                change = change * jnp.minimum(1.0, _LONGEST / jnp.max(jnp.abs(change)))
-                return at[0] - change, change, at[2] + 1
-
-            x, change, _ = jax.lax.while_loop(unfinished, advance, (start, start + jnp.inf, jnp.array(0)))
-            limit = jnp.sqrt(jnp.asarray(jnp.finfo(start.dtype).eps, start.dtype))
-            return jnp.where(jnp.max(jnp.abs(change)) <= limit, x, jnp.nan)
+        def tangent_solve(linear: Callable[[Array], Array], right: Array) -> Array:
+            columns = jax.jacobian(linear)(0.0 * start).T
+            return jnp.stack(
+                solve((triple(columns[0]), triple(columns[1]), triple(columns[2])), triple(right))
+            )
 
         start = self.free_curvature / self.curvature_scale
-        root = jax.lax.custom_root(
-            imbalance, start, newton, lambda linear, right: _solve(jax.jacobian(linear)(0.0 * start), right)
-        )
+        root = jax.lax.custom_root(imbalance, start, newton, tangent_solve)
         return replace(self, free_curvature=root * self.curvature_scale)
 
+    def _root(self, start: Float[Array, "3"]) -> Float[Array, "3"]:
+        """Newton's method for no moment, steps limited; x = u/u_s."""
 
-def _solve(matrix: Float[Array, "3 3"], right: Float[Array, "3"]) -> Float[Array, "3"]:
-    """By Cramer's rule, which the compiler fuses as it does no factorisation."""
-    a, b, c = (matrix[:, axis] for axis in range(3))
-    scale = 1.0 / jnp.dot(a, jnp.cross(b, c))
-    return scale * jnp.stack(
-        [
-            jnp.dot(right, jnp.cross(b, c)),
-            jnp.dot(a, jnp.cross(right, c)),
-            jnp.dot(a, jnp.cross(b, right)),
-        ]
-    )
+        def unfinished(at: tuple[Array, Array, Array]) -> Array:
+            return (jnp.max(jnp.abs(at[1])) > _CONVERGED) & (at[2] < _MOST)
+
+        def advance(at: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+            x = triple(at[0])
+            cube, bend, _ = self._slopes(x)
+            change = jnp.stack(apply(inverse(self._tangent(bend)), self._balance(x, cube)))
+            change = change * jnp.minimum(1.0, _LONGEST / jnp.max(jnp.abs(change)))
+            return at[0] - change, change, at[2] + 1
+
+        x, change, _ = jax.lax.while_loop(unfinished, advance, (start, start + jnp.inf, jnp.array(0)))
+        limit = jnp.sqrt(jnp.asarray(jnp.finfo(start.dtype).eps, start.dtype))
+        return jnp.where(jnp.max(jnp.abs(change)) <= limit, x, jnp.nan)
+
+
+@jax.jit
+def weighted_sum(coefficients: Float[Array, " ridges"], rows: Float[Array, "ridges n"]) -> Float[Array, " n"]:
+    """Sum Σ c_j rows_j.
+
+    Written out, as the compiler then works on n numbers at a time, which it does in no sum of its own.
+    """
+    terms = [coefficients[j] * rows[j] for j in range(rows.shape[0])]
+    parts = [functools.reduce(operator.add, terms[k::_PARTS]) for k in range(min(_PARTS, len(terms)))]
+    return functools.reduce(operator.add, parts)
+
+
+def product(rows: Float[Array, "n 3"], matrix: np.ndarray) -> Float[Array, "n 3"]:
+    """Product of rows and a constant matrix, in sums, which cost less in one kernel than a matrix product."""
+    m = jnp.asarray(matrix, rows.dtype)
+    return rows[:, :1] * m[0] + rows[:, 1:2] * m[1] + rows[:, 2:] * m[2]

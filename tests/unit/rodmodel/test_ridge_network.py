@@ -109,12 +109,12 @@ def test_a_batch_with_a_bad_pressure_spoils_no_other(law: RidgeNetwork) -> None:
 def test_a_law_without_a_root_says_so() -> None:
     """A ridge pulls harder than the quadratic ever holds: its slope has no zero within reach."""
     none = jnp.zeros(3)
-    runaway = RidgeLaw(
+    runaway = RidgeLaw.of(
+        jnp.eye(3)[:1],
         free_curvature=none,
         constant=jnp.zeros(()),
         slope=jnp.array([1.0, 0.0, 0.0]),
         quadratic=1e-12 * jnp.eye(3),
-        directions=jnp.eye(3)[:1],
         offsets=jnp.zeros(1),
         weights=jnp.zeros(1),
         energy_scale=1.0,

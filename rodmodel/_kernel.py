@@ -1,20 +1,21 @@
 """Compile a function of small arrays to one function of machine code."""
 
-import contextlib
 import math
 from collections.abc import Callable
 from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax.custom_batching import custom_vmap
 from jax.experimental.xla_metadata import set_xla_metadata
 from jaxtyping import Array, Float
 
 # On a CPU, XLA starts a kernel for each fused operation, at 50 ns or more, which is what small arrays cost. A
 # call with these attributes it compiles to one kernel, loops included: what it does by itself for loops over
-# less than 1 kB. Library calls (LAPACK), scatters and sorts cannot be in it; matrix products can, where an option
-# of the whole compilation keeps XLA from leaving them to a library. Each constant in a kernel costs 100 ns a call.
+# less than 1 kB. Library calls (LAPACK), scatters and sorts cannot be in it; matrix products can, where an
+# option of the whole compilation keeps XLA from leaving them to a library. Each constant in a kernel costs
+# 100 ns a call.
 
 _WITHOUT_LIBRARY = {"xla_cpu_experimental_ynn_fusion_type": ""}
 _ONE_KERNEL = {"xla_cpu_small_call": "true", "inlineable": "false"}
@@ -73,11 +74,15 @@ def compile_with_kernels(function: Callable[..., Any]) -> Callable[..., Any]:
     return jax.jit(function, compiler_options=_WITHOUT_LIBRARY if on_cpu else None)
 
 
-def folded(function: Callable[..., Any], *arguments: Any) -> Any:
-    """Call a function, at once where none of its arguments is being traced: for constants in one kernel."""
-    traced = any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(arguments))
-    with contextlib.nullcontext() if traced else jax.ensure_compile_time_eval():
-        return function(*arguments)
+def as_data(function: Callable[[Any], Any], tree: Any) -> Any:
+    """What follows from constants, computed in NumPy without compilation, and data to the compiler.
+
+    Constants it would copy to wherever they are used. What is being traced is left to it.
+    """
+    if any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(tree)):
+        return function(tree)
+    found = function(jax.tree.map(np.asarray, tree))
+    return jax.lax.optimization_barrier(jax.tree.map(jnp.asarray, found))
 
 
 def _pack(leaves: list[Any], dtype: jnp.dtype) -> Float[Array, " n"]:

@@ -331,6 +331,9 @@ class Rod(eqx.Module):
         arc_lengths, curvatures, weights = shape.samples()
 
         def potential(pressure: Float[Array, "3"]) -> Float[Array, ""]:
+            if self.end_zone is None:
+                # Without the free curvature, which the law at a pressure comes with.
+                return weights @ jax.vmap(self.section.potential, (0, None))(curvatures, pressure)
             law = self.section.at(pressure)
 
             def energy(s: Float[Array, ""], curvature: Float[Array, "3"]) -> Float[Array, ""]:

@@ -1,18 +1,16 @@
 """The section law that calibrations ship: ridge functions of the curvature that move with the pressures."""
 
 import math
-from dataclasses import replace
-from typing import final
+from typing import Any, final
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from rodmodel._kernel import folded
+from rodmodel._kernel import as_data
 from rodmodel.section._law import SectionLaw
-from rodmodel.section._ridges import RidgeLaw, product, weighted_sum
+from rodmodel.section._ridges import RidgeLaw, powers
 from rodmodel.section._turned import INTO_TURNED
 
 _MIRROR = np.diag([-1.0, 1.0, -1.0])  # of the curvatures, y → −y
@@ -107,39 +105,22 @@ class RidgeNetwork(SectionLaw):
     def contracted(self, pressure: Float[Array, "3"]) -> RidgeLaw:
         """The law at one pressure, its free curvature the guess still."""
         share = 1.0 / len(self.images)
-        # As data: constants would be copied to wherever they are used.
-        still, rows, guess = jax.lax.optimization_barrier(folded(RidgeNetwork._still, self))
-        rest = folded(RidgeNetwork.features, self, np.zeros(3, self.offsets.dtype))
-        offsets, value, free = [], still.constant, still.free_curvature
+        still, rest = as_data(_at_rest, self)
+        offsets, value, free = [], still.pop("constant"), jnp.zeros(3, self.offsets.dtype)
         for turn, order in self.images:
             inputs = self.features(pressure[order] / self.pressure_scale)
-            offsets.append(weighted_sum(inputs, rows) + self.offsets)
+            offsets.append(self.mixing @ inputs + self.offsets)
             value = value + share * jnp.sum((inputs - rest) * self.slopes)
-            free = (
-                free
-                + self.curvature_scale * share * product(weighted_sum(inputs - rest, guess)[None], turn)[0]
-            )
+            free = free + self.curvature_scale * share * (self.guess @ (inputs - rest)) @ turn
         value = value - self.rest_volume / self.energy_scale * jnp.sum(pressure)
-        return replace(still, offsets=jnp.concatenate(offsets), constant=value, free_curvature=free)
-
-    def _still(self) -> tuple[RidgeLaw, Array, Array]:
-        """Contracted law at rest, but for its offsets: what does not move with the pressures."""
-        share, turns = 1.0 / len(self.images), np.array([turn for turn, _ in self.images])
-        rest_offsets = self.mixing @ self.features(jnp.zeros(3, self.offsets.dtype)) + self.offsets
-        inverse = 1.0 / jnp.sqrt(1.0 + rest_offsets**2)
-        lower = jnp.zeros((3, 3), self.offsets.dtype).at[np.tril_indices(3)].set(self.factor)
-        law = RidgeLaw.of(
-            jnp.concatenate([product(self.directions, turn) for turn in turns]),
-            free_curvature=jnp.zeros(3, self.offsets.dtype),
-            constant=-self.weights @ (rest_offsets * inverse),
-            slope=-share * turns.sum(axis=0).T @ ((self.weights * inverse**3) @ self.directions),
-            quadratic=share * jnp.einsum("gji,jk,gkl->il", turns, lower @ lower.T, turns),
-            offsets=jnp.tile(rest_offsets, len(turns)),
-            weights=jnp.tile(share * self.weights, len(turns)),
+        return RidgeLaw(
+            **still,
+            offsets=jnp.concatenate(offsets),
+            constant=value,
+            free_curvature=free,
             energy_scale=self.energy_scale,
             curvature_scale=self.curvature_scale,
         )
-        return law, self.mixing.T, self.guess.T
 
     def potential(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, ""]:
         """See `SectionLaw.potential`; does not seek the free curvature."""
@@ -153,8 +134,31 @@ class RidgeNetwork(SectionLaw):
         """See `SectionLaw.stiffness`; does not seek the free curvature."""
         return self.contracted(pressure).stiffness(curvature)
 
-    @eqx.filter_jit
     def features(self, inputs: Float[Array, "3"]) -> Float[Array, " inputs"]:
         """h(q) of scaled pressures."""
-        hidden = jnp.tanh(weighted_sum(inputs, self.feature_weights.T) + self.feature_biases)
+        hidden = jnp.tanh(self.feature_weights @ inputs + self.feature_biases)
         return jnp.concatenate([inputs, hidden])
+
+
+def _at_rest(law: RidgeNetwork) -> tuple[dict[str, Any], Any]:
+    """What does not move with the pressures: leaves of the contracted law, and h(0)."""
+    xp: Any = np if isinstance(law.offsets, np.ndarray) else jnp
+    turns = np.array([turn for turn, _ in law.images], law.offsets.dtype)
+    share = 1.0 / len(turns)
+    rest = xp.concatenate([0.0 * law.factor[:3], xp.tanh(law.feature_biases)])
+    offsets = law.mixing @ rest + law.offsets
+    inverse = 1.0 / xp.sqrt(1.0 + offsets**2)
+    a, b, c, d, e, f = law.factor
+    lower = xp.stack([xp.stack(row) for row in ((a, 0.0 * a, 0.0 * a), (b, c, 0.0 * a), (d, e, f))])
+    directions = xp.concatenate([law.directions @ turn for turn in turns])
+    pairs, triples = powers(directions)
+    leaves = {
+        "constant": -law.weights @ (offsets * inverse),
+        "slope": -share * turns.sum(axis=0).T @ ((law.weights * inverse**3) @ law.directions),
+        "quadratic": share * xp.einsum("gji,jk,gkl->il", turns, lower @ lower.T, turns),
+        "directions": directions,
+        "pairs": pairs,
+        "triples": triples,
+        "weights": xp.tile(share * law.weights, len(turns)),
+    }
+    return leaves, rest

@@ -23,6 +23,8 @@ _CONVERGED = 1e-13
 _LONGEST = 0.2
 _MOST = 60
 
+_FIRST, _SECOND = np.transpose(PAIRS)
+_INDICES = np.transpose(TRIPLES)
 _PARTS = 4  # of a long sum, which do not wait for each other
 
 
@@ -49,14 +51,6 @@ class RidgeLaw(CurvatureLaw):
     weights: Float[Array, " ridges"]
     energy_scale: float = eqx.field(static=True)
     curvature_scale: float = eqx.field(static=True)
-
-    @classmethod
-    def of(cls, directions: Float[Array, "ridges 3"], **others: Any) -> "RidgeLaw":
-        """Law of given directions and all else but their products."""
-        d = directions.T
-        pairs = jnp.stack([d[i] * d[j] for i, j in PAIRS], axis=-1)
-        triples = jnp.stack([d[i] * d[j] * d[k] for i, j, k in TRIPLES], axis=-1)
-        return cls(directions=directions, pairs=pairs, triples=triples, **others)
 
     def energy(self, curvature: Float[Array, "3"]) -> Float[Array, ""]:
         """Potential Π [J/m]."""
@@ -90,7 +84,7 @@ class RidgeLaw(CurvatureLaw):
         first = self.energy_scale / self.curvature_scale
         second, third = first / self.curvature_scale, first / self.curvature_scale**2
         moment, stiffness = self._balance(x, cube), self._tangent(bend)
-        slope = weighted_sum(jerk, self.triples)
+        slope = _weighted_sum(jerk, self.triples)
         a, b, c, d, e, f = (second * entry for entry in stiffness)
         return Expansion(
             combine((first, moment)),
@@ -111,30 +105,29 @@ class RidgeLaw(CurvatureLaw):
 
     def _balance(self, x: Triple, cube: Float[Array, " ridges"]) -> Triple:
         """Moment over E/u_s."""
-        q, ridges = self.quadratic, weighted_sum(cube, self.directions)
+        q, ridges = self.quadratic, _weighted_sum(cube, self.directions)
         a, b, c = (self.slope[i] + dot(triple(q[i]), x) + ridges[i] for i in range(3))
         return a, b, c
 
     def _tangent(self, bend: Float[Array, " ridges"]) -> Symmetric:
         """Stiffness over E/u_s²."""
-        ridges = weighted_sum(bend, self.pairs)
+        ridges = _weighted_sum(bend, self.pairs)
         a, b, c, d, e, f = (self.quadratic[pair] + ridges[n] for n, pair in enumerate(PAIRS))
         return a, b, c, d, e, f
 
     def turned(self, turns: int) -> "RidgeLaw":
         """Law of the same section seen from axes turned by −120° · `turns` about its own."""
-        turn = INTO_TURNED[turns]
-        vectors = product(jnp.stack([self.free_curvature, self.slope]), turn)
-        return RidgeLaw.of(
-            product(self.directions, turn),
-            free_curvature=vectors[0],
-            constant=self.constant,
-            slope=vectors[1],
-            quadratic=product(product(self.quadratic, turn).T, turn),
-            offsets=self.offsets,
-            weights=self.weights,
-            energy_scale=self.energy_scale,
-            curvature_scale=self.curvature_scale,
+        turn = jnp.asarray(INTO_TURNED[turns], self.quadratic.dtype)
+        directions = self.directions @ turn
+        pairs, triples = powers(directions)
+        return replace(
+            self,
+            free_curvature=self.free_curvature @ turn,
+            slope=self.slope @ turn,
+            quadratic=turn.T @ self.quadratic @ turn,
+            directions=directions,
+            pairs=pairs,
+            triples=triples,
         )
 
     def settled(self) -> "RidgeLaw":
@@ -178,17 +171,17 @@ class RidgeLaw(CurvatureLaw):
 
 
 @jax.jit
-def weighted_sum(coefficients: Float[Array, " ridges"], rows: Float[Array, "ridges n"]) -> Float[Array, " n"]:
-    """Sum Σ c_j rows_j.
+def _weighted_sum(factors: Float[Array, " ridges"], rows: Float[Array, "ridges n"]) -> Float[Array, " n"]:
+    """Sum Σ f_j rows_j.
 
     Written out, as the compiler then works on n numbers at a time, which it does in no sum of its own.
     """
-    terms = [coefficients[j] * rows[j] for j in range(rows.shape[0])]
+    terms = [factors[j] * rows[j] for j in range(rows.shape[0])]
     parts = [functools.reduce(operator.add, terms[k::_PARTS]) for k in range(min(_PARTS, len(terms)))]
     return functools.reduce(operator.add, parts)
 
 
-def product(rows: Float[Array, "n 3"], matrix: np.ndarray) -> Float[Array, "n 3"]:
-    """Product of rows and a constant matrix, in sums, which cost less in one kernel than a matrix product."""
-    m = jnp.asarray(matrix, rows.dtype)
-    return rows[:, :1] * m[0] + rows[:, 1:2] * m[1] + rows[:, 2:] * m[2]
+def powers(directions: Any) -> tuple[Any, Any]:
+    """Products of two and of three components of each direction, as a `RidgeLaw` has them."""
+    pairs = directions[:, _FIRST] * directions[:, _SECOND]
+    return pairs, directions[:, _INDICES[0]] * directions[:, _INDICES[1]] * directions[:, _INDICES[2]]

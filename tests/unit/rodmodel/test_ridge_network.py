@@ -13,6 +13,7 @@ from rodmodel import RidgeLaw, RidgeNetwork, TurnedLaw
 from rodmodel._components import triple
 from rodmodel.section import SYMMETRIES
 from rodmodel.section._law import PAIRS, TRIPLES
+from rodmodel.section._ridges import powers
 from tests.unit.rodmodel import synthetic
 
 MIRROR_CURVATURE = np.array([-1.0, 1.0, -1.0])
@@ -109,8 +110,12 @@ def test_a_batch_with_a_bad_pressure_spoils_no_other(law: RidgeNetwork) -> None:
 def test_a_law_without_a_root_says_so() -> None:
     """A ridge pulls harder than the quadratic ever holds: its slope has no zero within reach."""
     none = jnp.zeros(3)
-    runaway = RidgeLaw.of(
-        jnp.eye(3)[:1],
+    directions = jnp.eye(3)[:1]
+    pairs, triples = powers(directions)
+    runaway = RidgeLaw(
+        directions=directions,
+        pairs=pairs,
+        triples=triples,
         free_curvature=none,
         constant=jnp.zeros(()),
         slope=jnp.array([1.0, 0.0, 0.0]),

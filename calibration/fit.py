@@ -34,10 +34,11 @@ Watch = Callable[[int, float], None]  # iterations so far, mean square of the re
 
 @dataclass(frozen=True)
 class Fitted(Generic[Law]):
-    """A fitted law, the mean square of its residuals, the iterations it took, and whether it converged."""
+    """A fitted law, what was minimised, the iterations it took, and whether it converged."""
 
     law: Law
     loss: float
+    """Mean square of the residuals, and the prior."""
     iterations: int
     converged: bool
 
@@ -73,6 +74,7 @@ def fit(
     scales: Metric,
     iterations: int,
     tolerance: float = 1e-2,
+    prior: float = 0.0,
     watch: Watch = lambda iterations, loss: None,
 ) -> Fitted[Law]:
     """Fit all array leaves of a law.
@@ -83,6 +85,8 @@ def fit(
     samples, scales : training states and their metric.
     iterations : at most.
     tolerance : on the relative fall of the mean square in ten iterations; single ones may gain little.
+    prior : weight of the sum of the parameters' squares against the mean square of the residuals: what the
+        states do not say stays small, and the law smooth between them.
     watch : told the progress.
     """
     trained, fixed = eqx.partition(law, eqx.is_inexact_array)
@@ -97,12 +101,12 @@ def fit(
     chunks = _chunks(samples, scales)
 
     def loss_at(x: np.ndarray) -> float:
-        return sum(float(jnp.sum(every(x, chunk) ** 2)) for chunk in chunks)
+        return sum(float(jnp.sum(every(x, chunk) ** 2)) for chunk in chunks) + prior * float(x @ x)
 
     loss, damping, growth = loss_at(x), _FIRST_DAMPING, 2.0
     losses, converged = [loss], False
     while len(losses) <= iterations and not converged:
-        normal, pull = np.zeros((x.size, x.size)), np.zeros(x.size)
+        normal, pull = prior * np.eye(x.size), prior * x
         for chunk in chunks:
             rows = np.asarray(slopes(x, chunk)).reshape(-1, x.size)
             normal += rows.T @ rows

@@ -11,7 +11,7 @@ from calibration.compare import compare, markdown
 from calibration.dataset import attributes
 from calibration.design import MOMENT_STEPS, inside
 from calibration.error import deviations, figures
-from calibration.fit import fit
+from calibration.fit import fit, mean_square
 from calibration.plots import write_figures
 from calibration.progress import progress_bar
 from calibration.samples import Metric, Samples, loading_samples, metric, softness
@@ -24,6 +24,8 @@ STARTS, TRIAL_ITERATIONS = 3, 15
 # States whose softest direction has less than this part of the median stiffness are about to snap: no smooth
 # law can follow them, and none is asked to.
 SOFTEST = 0.1
+# Of squares of parameters, against residuals of about one: see `fit`.
+PRIOR = 3e-3
 #: Layouts whose section is the same from all chambers; the others have a mirror or not.
 _ALIKE = ("ring", "six-helix", "none")
 
@@ -102,12 +104,15 @@ def fit_and_judge(
                 material.train,
                 material.metric,
                 TRIAL_ITERATIONS,
+                prior=PRIOR,
                 watch=watch(f"start {n + 1}/{STARTS}"),
             )
             for n in range(STARTS)
         ]
         best = min(trials, key=lambda trial: trial.loss)
-        found = fit(best.law, material.train, material.metric, iterations, watch=watch("training"))
+        found = fit(
+            best.law, material.train, material.metric, iterations, prior=PRIOR, watch=watch("training")
+        )
     law = with_guess(found.law, domain)
     error = figures(law, material.held_out, length)
     training = {
@@ -115,7 +120,8 @@ def fit_and_judge(
         "features": features,
         "iterations": found.iterations,
         "converged": found.converged,
-        "mean_square_residual": found.loss,
+        "mean_square_residual": mean_square(found.law, material.train, material.metric),
+        "prior": PRIOR,
         "states": len(material.train),
         "paths": len(np.unique(material.train.path)),
         "seed": seed,

@@ -13,7 +13,7 @@ from rodmodel._components import triple
 from rodmodel._follow import Reached, eliminate, scaled, shooting_jacobian
 from rodmodel._kernel import one_kernel
 from rodmodel._lie_solver import MuntheKaas
-from rodmodel._march import Nodes
+from rodmodel._march import Nodes, march
 
 _MAX_ODE_STEPS = 256
 _MAX_SHOTS = 8
@@ -39,7 +39,8 @@ def polish(equilibrium: Equilibrium, reached: Reached, nodes: int, tolerance: fl
 
     Returns
     -------
-    reached : with nodes and unknown corrected.
+    reached : with nodes and unknown corrected. Where the integration ran out of steps, they are those of as
+        many fixed steps from the unknown that came.
     converged : whether the last correction was within the tolerance.
     """
     loaded = scaled(equilibrium, reached.load_fraction)
@@ -69,6 +70,19 @@ def polish(equilibrium: Equilibrium, reached: Reached, nodes: int, tolerance: fl
     empty = Nodes(*(jnp.zeros((n, width), dtype) for width in (3, 4, 3)))
     begin = _Polish(reached.unknown, empty, jnp.full((), jnp.inf, dtype), jnp.zeros((), int), jnp.array(True))
     end = jax.lax.while_loop(unfinished, advance, begin)
+
+    def run(equilibrium: Equilibrium, unknown: Float[Array, " n"]) -> Nodes:
+        return march(equilibrium, unknown, nodes)[0]
+
+    def lost(at: _Polish) -> Bool[Array, ""]:
+        return at.improving & ~jnp.all(jnp.isfinite(at.nodes.positions))
+
+    def stepped(at: _Polish) -> _Polish:
+        found = one_kernel(run, loaded, reached.unknown)
+        return at._replace(unknown=reached.unknown, nodes=found, improving=jnp.array(False))
+
+    # A loop, which a batch in which all succeed does not enter, as it would both branches of a condition.
+    end = jax.lax.while_loop(lost, stepped, end._replace(improving=jnp.array(True)))
     shots = reached.shots + end.shots
     return reached._replace(unknown=end.unknown, nodes=end.nodes, shots=shots), end.size <= tolerance
 

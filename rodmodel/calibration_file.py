@@ -11,10 +11,10 @@
      "error": {"free_bending_angle_rad": {"median", "p95", "worst"}, ...},
      "provenance": {...}}
 
-The law's kind is "ridge-network", with "symmetry" and, by name, the arrays of `RidgeNetwork`; or
-"free-state-expansion", with "pressure_warp_pa" (number or null), "mirror", "weights" (one matrix a layer) and
-"biases" (one vector a layer). `error` may hold further quantities and `provenance` is free; both come back as
-they were written.
+The law's kind is "ridge-network", with "ridge_slope", "symmetry" and, by name, the arrays of `RidgeNetwork`;
+or "free-state-expansion", with "pressure_warp_pa" (number or null), "mirror", "weights" (one matrix a layer)
+and "biases" (one vector a layer). `error` may hold further quantities and `provenance` is free; both come
+back as they were written.
 """
 
 import json
@@ -34,6 +34,7 @@ from rodmodel.section import FreeStateExpansion, RidgeNetwork
 SCHEMA = "rodmodel-calibration"
 VERSION = 1
 RIDGES, EXPANSION = "ridge-network", "free-state-expansion"
+RIDGE_SLOPE = "(1 + z^2)^-2"
 _ARRAYS = {
     "feature_weights": 2,
     "feature_biases": 1,
@@ -62,9 +63,10 @@ class Layout:
         """Step of ψ between sections that differ only in how their chambers are numbered [rad].
 
         A turn by 120° renumbers the chambers. The double helix crosses itself every 180°, half a pitch apart,
-        so that a shift by half a pitch makes ψ + 180° of ψ: together, steps of 60°.
+        so that a shift by half a pitch makes ψ + 180° of ψ: together, steps of 60°. Six helices are the same at
+        ψ + 60° but for a shift by a sixth of a pitch.
         """
-        return math.pi / 3.0 if self.name == "double-helix" else 2.0 * math.pi / 3.0
+        return math.pi / 3.0 if self.name in ("double-helix", "six-helix") else 2.0 * math.pi / 3.0
 
 
 @dataclass(frozen=True)
@@ -203,7 +205,7 @@ def _law_record(law: FreeStateExpansion | RidgeNetwork) -> dict[str, Any]:
     }
     if isinstance(law, RidgeNetwork):
         arrays = {name: np.asarray(getattr(law, name)).tolist() for name in _ARRAYS}
-        return {"kind": RIDGES, **scales, "symmetry": law.symmetry, **arrays}
+        return {"kind": RIDGES, "ridge_slope": RIDGE_SLOPE, **scales, "symmetry": law.symmetry, **arrays}
     return {
         "kind": EXPANSION,
         **scales,
@@ -231,6 +233,7 @@ def _read_law(record: Record) -> FreeStateExpansion | RidgeNetwork:
 
 
 def _read_ridge_network(record: Record, scales: Mapping[str, float]) -> RidgeNetwork:
+    record.take("ridge_slope", f'"{RIDGE_SLOPE}"', lambda value: value == RIDGE_SLOPE)
     parts: dict[str, Any] = {name: jnp.asarray(record.array(name, rank)) for name, rank in _ARRAYS.items()}
     return RidgeNetwork(**{**parts, **scales}, symmetry=record.text("symmetry"))
 

@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from rodmodel._kernel import as_data
 from rodmodel.section._law import SectionLaw
-from rodmodel.section._ridges import RidgeLaw, powers
+from rodmodel.section._ridges import RidgeLaw, powers, ridge, ridge_slope
 from rodmodel.section._turned import INTO_TURNED
 
 _MIRROR = np.diag([-1.0, 1.0, -1.0])  # of the curvatures, y → −y
@@ -30,7 +30,7 @@ class RidgeNetwork(SectionLaw):
 
         Π(u, p) = −V₀ Σ p_k + E mean over images [F(x, q) − F(0, 0) − ∂F/∂x(0, 0)·x]
         F(x, q) = ½ |Lᵀ x|² + Σ_j c_j φ(d_j·x + e_j·h(q) + b_j) + v·h(q)
-        h(q) = (q, tanh(W q + w)),    x = u/u_s,    q = p/p_s,    φ(z) = z/√(1 + z²)
+        h(q) = (q, tanh(W q + w)),    x = u/u_s,    q = p/p_s,    φ'(z) = (1 + z²)⁻²
 
     The mean is over the images of the state under the section's symmetry. At one pressure this is a sum of
     ridges of the curvature alone (see `RidgeLaw`), which a rod is integrated with. Potential and moment
@@ -147,14 +147,13 @@ def _at_rest(law: RidgeNetwork) -> tuple[dict[str, Any], Any]:
     share = 1.0 / len(turns)
     rest = xp.concatenate([0.0 * law.factor[:3], xp.tanh(law.feature_biases)])
     offsets = law.mixing @ rest + law.offsets
-    inverse = 1.0 / xp.sqrt(1.0 + offsets**2)
     a, b, c, d, e, f = law.factor
     lower = xp.stack([xp.stack(row) for row in ((a, 0.0 * a, 0.0 * a), (b, c, 0.0 * a), (d, e, f))])
     directions = xp.concatenate([law.directions @ turn for turn in turns])
     pairs, triples = powers(directions)
     leaves = {
-        "constant": -law.weights @ (offsets * inverse),
-        "slope": -share * turns.sum(axis=0).T @ ((law.weights * inverse**3) @ law.directions),
+        "constant": -law.weights @ ridge(offsets),
+        "slope": -share * turns.sum(axis=0).T @ ((law.weights * ridge_slope(offsets)) @ law.directions),
         "quadratic": share * xp.einsum("gji,jk,gkl->il", turns, lower @ lower.T, turns),
         "directions": directions,
         "pairs": pairs,

@@ -32,10 +32,11 @@ _PARTS = 4  # of a long sum, which do not wait for each other
 class RidgeLaw(CurvatureLaw):
     """Ridge functions on a quadratic.
 
-        Π(u) = E [a + g·x + ½ xᵀ A x + Σ_j c_j φ(d_j·x + b_j)],    x = u/u_s,    φ(z) = z/√(1 + z²)
+        Π(u) = E [a + g·x + ½ xᵀ A x + Σ_j c_j φ(d_j·x + b_j)],    x = u/u_s
 
-    E [J/m] and u_s [1/m] are scales that make the coefficients numbers near one. φ is bounded and costs a
-    square root; far from all ridges the law is linear, with stiffness A.
+    with φ = ½ [z/(1 + z²) + arctan z], whose slope is (1 + z²)⁻². E [J/m] and u_s [1/m] are scales that make
+    the coefficients numbers near one. φ is bounded, and its slopes cost one division; far from all ridges the
+    law is linear, with stiffness A.
     """
 
     free_curvature: Float[Array, "3"]
@@ -57,19 +58,18 @@ class RidgeLaw(CurvatureLaw):
         x = curvature / self.curvature_scale
         z = self.directions @ x + self.offsets
         smooth = self.constant + jnp.dot(self.slope + 0.5 * self.quadratic @ x, x)
-        return self.energy_scale * (smooth + jnp.dot(self.weights, z / jnp.sqrt(1.0 + z**2)))
+        return self.energy_scale * (smooth + jnp.dot(self.weights, ridge(z)))
 
     def moment(self, curvature: Float[Array, "3"]) -> Float[Array, "3"]:
         """Moment ∂Π/∂u [N m]."""
         x = curvature / self.curvature_scale
-        inverse = 1.0 / jnp.sqrt(1.0 + (self.directions @ x + self.offsets) ** 2)
-        ridges = (self.weights * inverse**3) @ self.directions
+        ridges = (self.weights * ridge_slope(self.directions @ x + self.offsets)) @ self.directions
         return self.energy_scale / self.curvature_scale * (self.slope + self.quadratic @ x + ridges)
 
     def stiffness(self, curvature: Float[Array, "3"]) -> Float[Array, "3 3"]:
         """Tangent stiffness ∂²Π/∂u² [N m²]."""
         z = self.directions @ (curvature / self.curvature_scale) + self.offsets
-        bend = -3.0 * self.weights * z * (1.0 + z**2) ** -2.5
+        bend = -4.0 * self.weights * z * (1.0 + z**2) ** -3
         ridges = self.directions.T @ (bend[:, None] * self.directions)
         return self.energy_scale / self.curvature_scale**2 * (self.quadratic + ridges)
 
@@ -77,13 +77,13 @@ class RidgeLaw(CurvatureLaw):
     def expand(self, curvature: Triple) -> Expansion:
         """Moment, stiffness and its slope at a curvature [1/m], in scalars.
 
-        With r = (1 + z²)^−½: φ' = r³, φ'' = −3 z r⁵, φ''' = r⁵ (15 z² r² − 3).
+        With r = 1/(1 + z²): φ' = r², φ'' = −4 z r³, φ''' = (20 − 24 r) r³.
         """
         x = combine((1.0 / self.curvature_scale, curvature))
-        cube, bend, jerk = self._slopes(x)
+        lift, bend, jerk = self._slopes(x)
         first = self.energy_scale / self.curvature_scale
         second, third = first / self.curvature_scale, first / self.curvature_scale**2
-        moment, stiffness = self._balance(x, cube), self._tangent(bend)
+        moment, stiffness = self._balance(x, lift), self._tangent(bend)
         slope = _weighted_sum(jerk, self.triples)
         a, b, c, d, e, f = (second * entry for entry in stiffness)
         return Expansion(
@@ -97,15 +97,14 @@ class RidgeLaw(CurvatureLaw):
         """Of all ridges, c φ', c φ'' and c φ'''."""
         d = self.directions
         z = d[:, 0] * x[0] + d[:, 1] * x[1] + d[:, 2] * x[2] + self.offsets
-        root = 1.0 / jnp.sqrt(1.0 + z * z)
-        square = root * root
-        cube = self.weights * square * root
-        fifth = square * cube
-        return cube, -3.0 * z * fifth, fifth * (15.0 * z * z * square - 3.0)
+        r = 1.0 / (1.0 + z * z)
+        lift = self.weights * r * r
+        cube = lift * r
+        return lift, -4.0 * z * cube, (20.0 - 24.0 * r) * cube
 
-    def _balance(self, x: Triple, cube: Float[Array, " ridges"]) -> Triple:
+    def _balance(self, x: Triple, lift: Float[Array, " ridges"]) -> Triple:
         """Moment over E/u_s."""
-        q, ridges = self.quadratic, _weighted_sum(cube, self.directions)
+        q, ridges = self.quadratic, _weighted_sum(lift, self.directions)
         a, b, c = (self.slope[i] + dot(triple(q[i]), x) + ridges[i] for i in range(3))
         return a, b, c
 
@@ -160,14 +159,25 @@ class RidgeLaw(CurvatureLaw):
 
         def advance(at: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
             x = triple(at[0])
-            cube, bend, _ = self._slopes(x)
-            change = jnp.stack(apply(inverse(self._tangent(bend)), self._balance(x, cube)))
+            lift, bend, _ = self._slopes(x)
+            change = jnp.stack(apply(inverse(self._tangent(bend)), self._balance(x, lift)))
             change = change * jnp.minimum(1.0, _LONGEST / jnp.max(jnp.abs(change)))
             return at[0] - change, change, at[2] + 1
 
         x, change, _ = jax.lax.while_loop(unfinished, advance, (start, start + jnp.inf, jnp.array(0)))
         limit = jnp.sqrt(jnp.asarray(jnp.finfo(start.dtype).eps, start.dtype))
         return jnp.where(jnp.max(jnp.abs(change)) <= limit, x, jnp.nan)
+
+
+def ridge(z: Any) -> Any:
+    """φ of JAX or NumPy arrays."""
+    arctan = np.arctan if isinstance(z, np.ndarray) else jnp.arctan
+    return 0.5 * (z / (1.0 + z * z) + arctan(z))
+
+
+def ridge_slope(z: Any) -> Any:
+    """φ' of JAX or NumPy arrays."""
+    return (1.0 + z * z) ** -2
 
 
 @jax.jit

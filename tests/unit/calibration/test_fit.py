@@ -7,6 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from jax.flatten_util import ravel_pytree
 from manufactured_cell import potential
 
 from calibration.candidates import _Contracted
@@ -108,6 +109,17 @@ def test_the_minimiser_lowers_the_loss_and_tells_of_each_iteration(some):
     assert all(b <= a for a, b in itertools.pairwise(losses))
     assert found.loss == pytest.approx(loss_of(found.law, some), rel=1e-10)
     assert found.loss < 0.05 * losses[0]
+
+
+def test_a_prior_counts_the_squares_of_the_parameters_and_keeps_them_small(some):
+    found = {prior: fit(law_of(), some, scales_of(some), 8, prior=prior) for prior in (1e-4, 100.0)}
+    squares = {}
+    for prior, fitted in found.items():
+        parameters, _ = ravel_pytree(eqx.filter(fitted.law, eqx.is_inexact_array))
+        squares[prior] = float(parameters @ parameters)
+        expected = loss_of(fitted.law, some) + prior * squares[prior]
+        assert fitted.loss == pytest.approx(expected, rel=1e-10)
+    assert squares[100.0] < 0.1 * squares[1e-4]
 
 
 @pytest.mark.parametrize(

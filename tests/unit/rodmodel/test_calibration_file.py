@@ -171,3 +171,13 @@ def test_a_bad_array_of_ridges_is_named(tmp_path: Path) -> None:
         assert told(file) == f"section_law.offsets: got {came}, expected a vector of finite numbers"
     file.write_text(json.dumps(changed(content, "section_law.symmetry", "some")))
     assert told(file) == "section_law: symmetry: got 'some', expected one of none, mirror, full"
+
+
+def test_ridges_of_another_profile_are_refused(tmp_path: Path) -> None:
+    """Files from before the profile was changed do not name it."""
+    file = tmp_path / "calibration.json"
+    save_calibration(synthetic.calibration(synthetic.ridge_law()), file)
+    content = json.loads(file.read_text())
+    del content["section_law"]["ridge_slope"]
+    file.write_text(json.dumps(content))
+    assert told(file) == 'section_law.ridge_slope: got nothing, expected "(1 + z^2)^-2"'

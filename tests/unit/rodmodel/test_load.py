@@ -1,6 +1,7 @@
 """From a layout's name to a rod: which calibration serves it, and what is said when none does."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -36,23 +37,25 @@ def test_an_orientation_that_is_not_calibrated_is_refused(file: Path, psi_deg: f
         rodmodel.load("double-helix", psi=math.radians(psi_deg), path=file)
 
 
+def of_layout(layout: rodmodel.Layout, path: Path) -> Path:
+    """The synthetic calibration under another name."""
+    rodmodel.save_calibration(replace(synthetic.calibration(), layout=layout), path)
+    return path
+
+
 def test_a_ring_is_not_taken_for_its_own_half_turn(tmp_path: Path) -> None:
-    calibration = synthetic.calibration()
-    ring = rodmodel.Layout("ring", 0.0, 1.5e-3)
-    rodmodel.save_calibration(
-        rodmodel.Calibration(
-            ring,
-            calibration.actuator,
-            calibration.section_law,
-            calibration.domain,
-            calibration.error,
-            calibration.provenance,
-        ),
-        tmp_path / "ring.json",
-    )
-    rodmodel.load("ring", psi=math.radians(120), pitch=1.5e-3, path=tmp_path / "ring.json")
+    path = of_layout(rodmodel.Layout("ring", 0.0, 1.5e-3), tmp_path / "ring.json")
+    rodmodel.load("ring", psi=math.radians(120), pitch=1.5e-3, path=path)
     with pytest.raises(ValueError, match="psi 0 deg and every 120 deg from it"):
-        rodmodel.load("ring", psi=math.radians(180), pitch=1.5e-3, path=tmp_path / "ring.json")
+        rodmodel.load("ring", psi=math.radians(180), pitch=1.5e-3, path=path)
+
+
+def test_six_helices_are_the_same_every_60_degrees(tmp_path: Path) -> None:
+    path = of_layout(rodmodel.Layout("six-helix", 0.0, 3e-3), tmp_path / "six.json")
+    for psi_deg in (60, 120, 180):
+        rodmodel.load("six-helix", psi=math.radians(psi_deg), path=path)
+    with pytest.raises(ValueError, match="psi 0 deg and every 60 deg from it"):
+        rodmodel.load("six-helix", psi=math.radians(30), path=path)
 
 
 def test_an_unknown_layout_or_pitch_is_refused(file: Path) -> None:

@@ -223,3 +223,14 @@ def test_the_jacobian_is_that_of_central_differences(rod: Rod) -> None:
         np.testing.assert_allclose(derivative.positions[0], np.transpose(middles), atol=1e-6 * scale)
     compliance = np.asarray(jacobian.tip_force.tip_position)
     np.testing.assert_allclose(compliance, compliance.T, atol=1e-6 * np.abs(compliance).max())
+
+
+def test_an_integration_that_runs_out_of_steps_is_flagged_and_finite() -> None:
+    """No step is short enough for this tolerance; the answer is that of fixed steps, some 1e-8 of it off."""
+    rod = synthetic.rod(synthetic.bending_law())
+    loads = {"tip_force": jnp.array([0.0, 0.02, 0.0]), "gravity": jnp.array([0.0, 0.0, 9.81])}
+    starved = rod.solve([20e3, 0.0, 10e3], **loads, throw=False, solver=Adaptive(1e-30))
+    assert not starved.converged
+    fixed = rod.solve([20e3, 0.0, 10e3], **loads, solver=FixedStep(32))
+    length = synthetic.ACTUATOR.body_length
+    np.testing.assert_allclose(starved.tip_position, fixed.tip_position, atol=1e-5 * length)

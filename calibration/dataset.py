@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from calibration.design import LoadingPath
-from calibration.sweep import PathRecord
+from calibration.path_file import PathRecord
 
 CHAMBERS = ("1", "2", "3")
 AXES = ("u1", "u2", "u3")

@@ -63,8 +63,8 @@ class Layout:
         """Step of ψ between sections that differ only in how their chambers are numbered [rad].
 
         A turn by 120° renumbers the chambers. The double helix crosses itself every 180°, half a pitch apart,
-        so that a shift by half a pitch makes ψ + 180° of ψ: together, steps of 60°. Six helices are the same at
-        ψ + 60° but for a shift by a sixth of a pitch.
+        so that a shift by half a pitch makes ψ + 180° of ψ: together, steps of 60°. Six helices are the same
+        at ψ + 60° but for a shift by a sixth of a pitch.
         """
         return math.pi / 3.0 if self.name in ("double-helix", "six-helix") else 2.0 * math.pi / 3.0
 

@@ -45,7 +45,8 @@ def _run(options: argparse.Namespace, command: str) -> int:
 
     from calibration.dataset import DatasetError, build_dataset, save_dataset
     from calibration.run import RunError, RunPlan, open_run
-    from calibration.sweep import CellTracer, SweepError, run_sweep
+    from calibration.sweep import SweepError, run_sweep
+    from calibration.tracing import CellTracer
     from fem_reference import ActuatorGeometry, Ogden, Thread, layout
     from rodmodel import Domain
 
@@ -74,7 +75,7 @@ def _run(options: argparse.Namespace, command: str) -> int:
         )
         paths = plan.design()
         tracer = CellTracer(plan.geometry, plan.winding, plan.level)
-        records = run_sweep(tracer, paths, directory, options.workers)
+        records = run_sweep(tracer, paths, directory, options.workers, options.scheduler)
         dataset = build_dataset(paths, records, description)
         save_dataset(dataset, directory / "dataset.nc")
     except RunError as error:
@@ -209,6 +210,12 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("--elements", default="coarse", choices=["coarse", "medium", "paper"], help="mesh level")
     run.add_argument("--out", required=True, help="directory of the run")
     run.add_argument("--workers", type=count, default=2, help="processes, one thread each")
+    run.add_argument(
+        "--scheduler",
+        default=None,
+        metavar="ADDRESS",
+        help="of a dask cluster to run on, in place of processes",
+    )
     run.add_argument("--paths", type=count, default=100, help="loading paths, every fifth of them held out")
     run.add_argument("--seed", type=int, default=0, help="of the design")
     run.add_argument("--moment-max-nmm", type=positive, default=6.6, help="largest bending moment [N mm]")

@@ -18,8 +18,9 @@ def run_directory(tmp_path_factory):
     from manufactured_cell import ManufacturedTracer
 
     from calibration.dataset import build_dataset, save_dataset
+    from calibration.path_file import PathWriter, read_path
     from calibration.run import RunPlan, open_run
-    from calibration.sweep import read_path, trace_path
+    from calibration.tracing import trace_path
     from fem_reference import ActuatorGeometry, DoubleHelix
     from rodmodel import Domain
 
@@ -30,7 +31,7 @@ def run_directory(tmp_path_factory):
     trace = ManufacturedTracer()()
     paths = plan.design()
     for path in paths:
-        trace_path(trace, path, directory / f"{path.name}.jsonl")
+        PathWriter(directory / f"{path.name}.jsonl").add(trace_path(trace, path))
     records = {path.name: read_path(directory / f"{path.name}.jsonl") for path in paths}
     save_dataset(build_dataset(paths, records, description), directory / "dataset.nc")
     assert json.loads((directory / "run.json").read_text())["seed"] == 0

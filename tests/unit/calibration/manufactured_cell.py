@@ -5,6 +5,8 @@ change of slope (as wall contact makes), twist by unequal chambers, a quartic in
 symmetry of the section.
 """
 
+import os
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -101,12 +103,14 @@ class ManufacturedTracer:
     largest_step : pressure step [Pa] past which a step fails, though a smaller one would not.
     snaps_beyond : pressure sum [Pa] at which walls would lose their balance.
     saddle_beyond : pressure sum [Pa] past which states are not stable.
+    dies_beyond : pressure sum [Pa] past which the process dies, once it has told of what it found.
     """
 
     fails_beyond: float = np.inf
     largest_step: float = np.inf
     snaps_beyond: float = np.inf
     saddle_beyond: float = np.inf
+    dies_beyond: float = np.inf
 
     def __call__(self):
         """Return the continuation."""
@@ -120,6 +124,9 @@ def _trace(settings: ManufacturedTracer, loads, start):
         step = np.abs(np.asarray(load.pressure) - before).max()
         if sum(load.pressure) > settings.fails_beyond or step > settings.largest_step:
             raise CellError(f"no step to {load.pressure}", last_good=start)
+        if sum(load.pressure) > settings.dies_beyond:
+            time.sleep(1.0)
+            os._exit(1)
         if sum(load.pressure) > settings.snaps_beyond:
             raise CellError("walls lose their balance", last_good=start, unstable=True)
         start = replace(solve(load, start), stable=sum(load.pressure) <= settings.saddle_beyond)

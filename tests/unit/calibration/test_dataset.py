@@ -12,7 +12,7 @@ from calibration.dataset import (
     save_dataset,
 )
 from calibration.design import design_paths
-from calibration.sweep import PathRecord
+from calibration.path_file import PathRecord
 
 
 def test_every_variable_has_a_unit_and_a_meaning(dataset):

@@ -4,10 +4,13 @@ import json
 
 import numpy as np
 import pytest
+from distributed import LocalCluster
 from manufactured_cell import ManufacturedTracer, potential
 
 from calibration.design import LoadingPath
-from calibration.sweep import RETRY_SUBDIVISION, read_path, run_sweep, trace_path
+from calibration.path_file import PathWriter, read_path
+from calibration.sweep import SweepError, run_sweep
+from calibration.tracing import RETRY_SUBDIVISION, trace_path
 from fem_reference import Load
 
 
@@ -18,6 +21,12 @@ def ramp(name="ramp", pressure=(20e3, 5e3, 0.0), moment=(1e-4, 0.0, 2e-4), steps
         for s in shares
     )
     return LoadingPath(name, "train", loads)
+
+
+def trace_into(file, tracer=None, path=None):
+    """What a worker finds on a path, in its file."""
+    tracer = ManufacturedTracer() if tracer is None else tracer
+    PathWriter(file).add(trace_path(tracer(), ramp() if path is None else path))
 
 
 def test_two_processes_trace_every_load_of_every_path_once(tmp_path):
@@ -33,7 +42,7 @@ def test_two_processes_trace_every_load_of_every_path_once(tmp_path):
 
 
 def test_recorded_numbers_are_those_of_the_potential(tmp_path):
-    trace_path(ManufacturedTracer()(), ramp(), tmp_path / "ramp.jsonl")
+    trace_into(tmp_path / "ramp.jsonl")
     for state in read_path(tmp_path / "ramp.jsonl").states:
         energy = potential(np.array(state["curvature"]), np.array(state["pressure"]))
         assert state["energy"] == pytest.approx(float(energy), rel=1e-13)
@@ -44,7 +53,7 @@ def test_recorded_numbers_are_those_of_the_potential(tmp_path):
 @pytest.mark.parametrize("left_of_a_line", ["", '{"pressure": [1.0, 2'])
 def test_a_killed_path_keeps_its_states_and_is_finished_by_the_next_run(tmp_path, left_of_a_line):
     file = tmp_path / "ramp.jsonl"
-    trace_path(ManufacturedTracer()(), ramp(), file)
+    trace_into(file)
     whole = read_path(file)
     lines = file.read_text().splitlines(keepends=True)
     marked = json.loads(lines[1]) | {"seconds": -1.0}  # tells a kept state from one that was found again
@@ -52,7 +61,7 @@ def test_a_killed_path_keeps_its_states_and_is_finished_by_the_next_run(tmp_path
     assert read_path(file).end is None
     assert len(read_path(file).states) == 3
 
-    trace_path(ManufacturedTracer()(), ramp(), file)
+    trace_into(file)
     again = read_path(file)
     assert again.end == {"attempts": 1}
     assert again.states[1]["seconds"] == -1.0
@@ -69,7 +78,7 @@ def test_finished_paths_are_left_alone(tmp_path):
 
 def test_a_path_that_cannot_go_on_keeps_its_states_and_says_where_it_ended(tmp_path):
     file = tmp_path / "ramp.jsonl"
-    trace_path(ManufacturedTracer(fails_beyond=14e3)(), ramp(), file)  # 25 kPa at the end: 3.1 kPa a step
+    trace_into(file, ManufacturedTracer(fails_beyond=14e3))  # 25 kPa at the end: 3.1 kPa a step
     record = read_path(file)
     assert record.failed
     assert "no step to" in record.end["failure"]
@@ -87,7 +96,7 @@ def test_a_path_that_cannot_go_on_keeps_its_states_and_says_where_it_ended(tmp_p
 def test_a_path_ends_where_stability_is_lost(tmp_path, tracer, found):
     """At 15.6 kPa, the fifth load. A saddle is on file, a snap leaves nothing; neither is tried again."""
     file = tmp_path / "ramp.jsonl"
-    trace_path(tracer(), ramp(), file)
+    trace_into(file, tracer)
     record = read_path(file)
     assert record.lost_stability
     assert not record.failed
@@ -98,9 +107,37 @@ def test_a_path_ends_where_stability_is_lost(tmp_path, tracer, found):
 
 def test_a_step_that_was_too_large_is_taken_in_smaller_ones(tmp_path):
     file = tmp_path / "ramp.jsonl"
-    trace_path(ManufacturedTracer(largest_step=1e3)(), ramp(), file)  # the ramp steps by 2.5 kPa
+    trace_into(file, ManufacturedTracer(largest_step=1e3))  # the ramp steps by 2.5 kPa
     record = read_path(file)
     assert record.end == {"attempts": 2}
     pressures = {tuple(state["pressure"]) for state in record.states}
     assert pressures >= {load.pressure for load in ramp().loads}
     assert {state["attempt"] for state in record.states} == {2}
+
+
+def test_an_existing_cluster_traces_paths_for_a_folder_that_it_need_not_see(tmp_path):
+    paths = [ramp("a"), ramp("b", pressure=(0.0, 30e3, 3e3))]
+    with LocalCluster(n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address=None) as cluster:
+        records = run_sweep(
+            ManufacturedTracer(), paths, tmp_path / "far", scheduler=cluster.scheduler_address
+        )
+    alone = run_sweep(ManufacturedTracer(), paths, tmp_path / "near", workers=1)
+    for name in ("a", "b"):
+        assert records[name].end == {"attempts": 1}
+        assert [s["curvature"] for s in records[name].states] == [s["curvature"] for s in alone[name].states]
+
+
+def test_a_scheduler_that_does_not_answer_is_told(tmp_path, monkeypatch):
+    monkeypatch.setattr("calibration.sweep._CONNECT", 0.5)
+    with pytest.raises(SweepError, match=r"no scheduler answers at tcp://127\.0\.0\.1:9"):
+        run_sweep(ManufacturedTracer(), [ramp()], tmp_path, scheduler="tcp://127.0.0.1:9")
+
+
+def test_a_path_on_which_workers_die_ends_the_sweep_and_keeps_what_was_found(tmp_path):
+    paths = [ramp("a", pressure=(9e3, 0.0, 0.0), steps=3), ramp("b", pressure=(0.0, 30e3, 3e3))]
+    with pytest.raises(SweepError, match=r"worker processes died on path b; finished states are in .*paths"):
+        run_sweep(ManufacturedTracer(dies_beyond=20e3), paths, tmp_path, workers=1)
+    assert read_path(tmp_path / "paths" / "a.jsonl").end == {"attempts": 1}
+    left = read_path(tmp_path / "paths" / "b.jsonl")
+    assert left.end is None
+    assert 0 < len(left.states) < 8

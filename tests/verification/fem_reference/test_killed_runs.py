@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from calibration.sweep import read_path
+from calibration.path_file import read_path
 from fem_reference.actuator_run import ActuatorRun
 
 WAIT = 300.0
@@ -31,7 +31,8 @@ SWEEP = """
 import sys
 from pathlib import Path
 from calibration.design import LoadingPath
-from calibration.sweep import CellTracer, run_sweep
+from calibration.sweep import run_sweep
+from calibration.tracing import CellTracer
 from fem_reference import ActuatorGeometry, DoubleHelix, Load
 from tests.fem_fixtures import TINY
 

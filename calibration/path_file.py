@@ -1,0 +1,80 @@
+"""A path's file: a line per state as it is found, then a line that says how the path ended."""
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+
+@dataclass(frozen=True)
+class PathRecord:
+    """What is on file of one path: its states, and how it ended (None while it is unfinished)."""
+
+    states: tuple[dict[str, Any], ...]
+    end: dict[str, Any] | None
+
+    @property
+    def failed(self) -> bool:
+        """Whether the path ended early, for another reason than a loss of stability."""
+        return self.end is not None and "failure" in self.end
+
+    @property
+    def lost_stability(self) -> bool:
+        """Whether the path ended where the section loses its stability."""
+        return self.end is not None and "unstable" in self.end
+
+
+def read_path(file: Path) -> PathRecord:
+    """Read a path's file; a last line cut short by a kill does not count."""
+    states: list[dict[str, Any]] = []
+    if not file.exists():
+        return PathRecord((), None)
+    for line in file.read_text().splitlines(keepends=True):
+        if not line.endswith("\n"):
+            break
+        record = json.loads(line)
+        if "end" in record:
+            return PathRecord(tuple(states), record["end"])
+        states.append(record)
+    return PathRecord(tuple(states), None)
+
+
+class PathWriter:
+    """Adds to a path's file what is not yet there; a path that ended is left alone.
+
+    Parameters
+    ----------
+    file : of the path, made if missing.
+    """
+
+    def __init__(self, file: Path) -> None:
+        self._file = file
+        _drop_cut_line(file)
+        known = read_path(file)
+        self._ended = known.end is not None
+        self._known = {_load_of(state) for state in known.states}
+
+    def add(self, records: Iterable[dict[str, Any]]) -> None:
+        """Append the records that are new, each on disk when it has come."""
+        with self._file.open("a") as lines:
+            for record in records:
+                new = not self._ended and ("end" in record or _load_of(record) not in self._known)
+                if new:
+                    lines.write(json.dumps(record) + "\n")
+                    lines.flush()
+                    if "end" in record:
+                        self._ended = True
+                    else:
+                        self._known.add(_load_of(record))
+
+
+def _load_of(record: dict[str, Any]) -> tuple[float, ...]:
+    return (*record["pressure"], *record["applied_moment"])
+
+
+def _drop_cut_line(file: Path) -> None:
+    """Cut off what a kill left of a line, so that the next line starts a line."""
+    if file.exists():
+        with file.open("rb+") as content:
+            content.truncate(content.read().rfind(b"\n") + 1)

@@ -50,15 +50,18 @@ def polish(equilibrium: Equilibrium, reached: Reached, nodes: int, tolerance: fl
     ) -> Array:
         return shooting_jacobian(equilibrium, unknown, nodes, scale)
 
+    def integrated(equilibrium: Equilibrium, unknown: Float[Array, " n"]) -> tuple[Nodes, Array]:
+        return integrate(equilibrium, unknown, nodes, tolerance)
+
+    # Once: the fixed steps ended so near that each correction is a thousandth of the last, if not less.
+    jacobian = one_kernel(jacobian_of, loaded, reached.unknown, reached.scale)
+
     def unfinished(at: _Polish) -> Bool[Array, ""]:
         return (at.size > tolerance) & (at.shots < _MAX_SHOTS) & at.improving
 
     def advance(at: _Polish) -> _Polish:
-        found, imbalance = integrate(loaded, at.unknown, nodes, tolerance)
-        correction = (
-            reached.scale
-            * eliminate(one_kernel(jacobian_of, loaded, at.unknown, reached.scale), imbalance)[0]
-        )
+        found, imbalance = one_kernel(integrated, loaded, at.unknown)
+        correction = reached.scale * eliminate(jacobian, imbalance)[0]
         size = jnp.max(jnp.abs(correction / reached.scale))
         done = size <= tolerance
         improving = done | (size <= 0.5 * at.size)

@@ -85,9 +85,15 @@ class Equilibrium(eqx.Module):
     @eqx.filter_jit
     def turn_rate(self, fraction: Scalar, state: State, follower: Triple | None) -> Triple:
         """Derivative of u L by s/L at the fraction s/L of the body, under a follower force [N]."""
-        section = self._section(fraction, state.turn)
+        u = self._curvature(state.turn)
+        if self.zone is None:
+            section = SectionState(
+                *self.law.linearise(u), third=None, moment_slope=None, stiffness_slope=None
+            )
+        else:
+            section = self._section(fraction, state.turn)
         force = into_body(state.quaternion, self._force(fraction, follower))
-        torque = self._torque(section, self._curvature(state.turn), force)
+        torque = self._torque(section, u, force)
         return combine((self.actuator.body_length**2, apply(inverse(section.stiffness), torque)))
 
     @eqx.filter_jit

@@ -23,7 +23,7 @@ from rodmodel._components import (
     solve,
     triple,
 )
-from rodmodel._march import Nodes, base_state, step
+from rodmodel._march import Nodes, base_state, march, step
 from rodmodel._second_variation import end_resists, no_fold
 
 _MAX_SHOTS = 512
@@ -65,12 +65,17 @@ class Reached(NamedTuple):
         return cls(turn, empty, one, none, none, jnp.array(True), none + CONVERGED, jnp.ones_like(turn))
 
 
+class _Tangent(NamedTuple):
+    jacobian: Float[Array, "n n"]
+    """Of the imbalance by the unknowns over their scales."""
+    stable: Bool[Array, ""]
+
+
 class _Shot(NamedTuple):
     correction: Float[Array, " n"]
     """To be subtracted from the unknown, in its scale."""
-    jacobian: Float[Array, "n n"]
     nodes: Nodes
-    stable: Bool[Array, ""]
+    tangent: _Tangent
 
 
 class _Progress(NamedTuple):
@@ -83,6 +88,10 @@ class _Progress(NamedTuple):
     """Unknown that Newton's method tries next."""
     size: Float[Array, ""]
     """Size of the last correction to it; infinite for a first guess."""
+    tangent: _Tangent
+    """What the last shot with neighbouring solutions found."""
+    sure: Bool[Array, ""]
+    """Whether the guess is expected to be within the tolerance: then it is only checked."""
     warm: Bool[Array, ""]
     """Whether this is still the start that was given."""
 
@@ -127,13 +136,20 @@ def follow(
         reached = at.reached
         left = 1.0 - reached.load_fraction
         target = jnp.where(at.step < left, reached.load_fraction + at.step, 1.0)
-        shot = _shoot(scaled(equilibrium, target), at.guess, steps, scale)
+        # Two integrations in three carry neighbouring solutions along, which make up most of their cost; the
+        # last one, where Newton's method is already there, only has to show it.
+        shot = jax.lax.cond(
+            at.sure,
+            lambda loaded: _check(loaded, at.guess, steps, at.tangent),
+            lambda loaded: _shoot(loaded, at.guess, steps, scale),
+            scaled(equilibrium, target),
+        )
         correction = -shot.correction
         size = jnp.max(jnp.abs(correction))
 
         done = size <= tolerance
         near = jnp.max(jnp.abs(shot.nodes.turns - reached.nodes.turns)) <= _MAX_TURN
-        good = done & (at.warm | (near & shot.stable))
+        good = done & (at.warm | (near & shot.tangent.stable))
         # Written so that a NaN is hopeless.
         hopeful = ~done & (size <= _CONTRACTION * at.size) & (size <= _MAX_TURN)
 
@@ -143,10 +159,13 @@ def follow(
             target,
             reached.load_steps + 1,
             reached.shots,
-            shot.stable,
+            shot.tangent.stable,
             reached.outcome,
             scale,
         )
+        # Newton's corrections: each the square of the last, or by the factor that the last two had.
+        ratio = jnp.where(jnp.isfinite(at.size), size / at.size**2, 1.0)
+        sure = hopeful & ~at.sure & (ratio * size**2 <= tolerance)
         slope = jnp.where(good, (at.guess - reached.unknown) / at.step, at.slope)
         # A failed warm start is followed by the whole load from the free shape.
         factor = jnp.where(good, 2.0, jnp.where(hopeful | at.warm, 1.0, 0.5))
@@ -163,6 +182,8 @@ def follow(
             guess=jnp.where(hopeful, at.guess + scale * correction, merged.unknown + step * slope),
             size=jnp.where(hopeful, size, jnp.inf),
             warm=at.warm & hopeful,
+            tangent=shot.tangent,
+            sure=sure,
         )
 
     return jax.lax.while_loop(unfinished, advance, _begin(equilibrium, start, steps, warm)).reached
@@ -172,7 +193,7 @@ def shooting_jacobian(
     equilibrium: Equilibrium, unknown: Float[Array, " n"], steps: int, scale: Float[Array, " n"]
 ) -> Float[Array, "n n"]:
     """Derivative of the imbalance at the end by the unknowns over their scales."""
-    return _shoot(equilibrium, unknown, steps, scale).jacobian
+    return _shoot(equilibrium, unknown, steps, scale).tangent.jacobian
 
 
 def scaled(equilibrium: Equilibrium, fraction: Float[Array, ""]) -> Equilibrium:
@@ -214,6 +235,8 @@ def _begin(
         guess=_first_guess(unknown + slope, start, warm),
         size=jnp.inf * one,
         warm=jnp.array(start is not None) if warm is None else warm,
+        tangent=_Tangent(jnp.eye(n, dtype=dtype), jnp.array(True)),
+        sure=jnp.array(False),
     )
 
 
@@ -310,9 +333,14 @@ def _shoot(
     jacobian = jnp.stack(columns, axis=1)
     missing = jnp.concatenate([jnp.stack(part) for part in imbalance])
     correction, determinant = _solve(jacobian, missing)
-    return _Shot(
-        correction, jacobian, nodes, _is_stable(equilibrium, jacobian, determinant, variations, stable)
-    )
+    stable = _is_stable(equilibrium, jacobian, determinant, variations, stable)
+    return _Shot(correction, nodes, _Tangent(jacobian, stable))
+
+
+def _check(equilibrium: Equilibrium, unknown: Float[Array, " n"], steps: int, tangent: _Tangent) -> _Shot:
+    """Integrate from base to end, with the Jacobian of a shot nearby."""
+    nodes, missing = march(equilibrium, unknown, steps)
+    return _Shot(_solve(tangent.jacobian, missing)[0], nodes, tangent)
 
 
 def _is_stable(

@@ -57,6 +57,10 @@ class CurvatureLaw(eqx.Module):
         a, b, c, d, e, f = (stiffness[pair] for pair in PAIRS)
         return Expansion(triple(self.moment(u)), (a, b, c, d, e, f), tuple(slope[t] for t in TRIPLES))
 
+    def linearise(self, curvature: Triple) -> tuple[Triple, Symmetric]:
+        """Moment and stiffness alone, as `expand` gives them."""
+        return self.expand(curvature)[:2]
+
     def turned(self, turns: int) -> "CurvatureLaw":
         """Law of the same section seen from axes turned by −120° · `turns` about its own."""
         # Imported here: a turned law is a law.

@@ -81,16 +81,22 @@ class RidgeLaw(CurvatureLaw):
         """
         x = combine((1.0 / self.curvature_scale, curvature))
         lift, bend, jerk = self._slopes(x)
-        first = self.energy_scale / self.curvature_scale
-        second, third = first / self.curvature_scale, first / self.curvature_scale**2
-        moment, stiffness = self._balance(x, lift), self._tangent(bend)
+        third = self.energy_scale / self.curvature_scale**3
         slope = _weighted_sum(jerk, self.triples)
-        a, b, c, d, e, f = (second * entry for entry in stiffness)
-        return Expansion(
-            combine((first, moment)),
-            (a, b, c, d, e, f),
-            tuple(third * slope[n] for n in range(len(TRIPLES))),
-        )
+        moment, stiffness = self._linear_part(x, lift, bend)
+        return Expansion(moment, stiffness, tuple(third * slope[n] for n in range(len(TRIPLES))))
+
+    @eqx.filter_jit
+    def linearise(self, curvature: Triple) -> tuple[Triple, Symmetric]:
+        """Moment and stiffness at a curvature [1/m], in scalars."""
+        x = combine((1.0 / self.curvature_scale, curvature))
+        lift, bend, _ = self._slopes(x)
+        return self._linear_part(x, lift, bend)
+
+    def _linear_part(self, x: Triple, lift: Array, bend: Array) -> tuple[Triple, Symmetric]:
+        first = self.energy_scale / self.curvature_scale
+        a, b, c, d, e, f = (first / self.curvature_scale * entry for entry in self._tangent(bend))
+        return combine((first, self._balance(x, lift))), (a, b, c, d, e, f)
 
     @eqx.filter_jit
     def _slopes(self, x: Triple) -> tuple[Array, Array, Array]:

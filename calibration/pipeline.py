@@ -15,6 +15,7 @@ from calibration.fit import fit, mean_square
 from calibration.plots import write_figures
 from calibration.progress import progress_bar
 from calibration.samples import Metric, Samples, loading_samples, metric, softness
+from calibration.stability import narrowed
 from calibration.start import Scales, initial_law, with_guess
 from fem_reference import ActuatorGeometry
 from rodmodel import Domain, RidgeNetwork, SectionLaw
@@ -35,6 +36,7 @@ class Judged:
     """A fitted law with its held-out figures, or why there is none."""
 
     law: RidgeNetwork
+    domain: Domain
     error: dict[str, Any]
     training: dict[str, Any]
     states: int
@@ -85,7 +87,7 @@ def fit_and_judge(
     Parameters
     ----------
     dataset : of a run.
-    domain : inside which the error is measured.
+    domain : inside which the error is measured, if the law is stable all over it: it is narrowed to that.
     length : of the body whose bending angle counts [m].
     ridges, features : size of the law.
     iterations : of the final training.
@@ -114,7 +116,10 @@ def fit_and_judge(
             best.law, material.train, material.metric, iterations, prior=PRIOR, watch=watch("training")
         )
     law = with_guess(found.law, domain)
-    error = figures(law, material.held_out, length)
+    domain = narrowed(law, domain)
+    held_out = material.held_out
+    held_out = held_out.where(inside(domain, held_out.pressure, held_out.moment))
+    error = figures(law, held_out, length)
     training = {
         "ridges": ridges,
         "features": features,
@@ -129,8 +134,8 @@ def fit_and_judge(
     complaint = ""
     if not all(np.isfinite(row["worst"]) for row in error.values() if isinstance(row, dict)):
         complaint = "the fitted law has no equilibrium at some held-out states"
-    states = len(material.train) + len(material.held_out)
-    return Judged(law, error, training, states, not complaint, complaint)
+    states = len(material.train) + len(held_out)
+    return Judged(law, domain, error, training, states, not complaint, complaint)
 
 
 def judge(

@@ -136,8 +136,21 @@ def _fit(options: argparse.Namespace, command: str) -> int:
         "date": today(),
         "training": outcome.training,
     }
-    save_calibration(calibration_of(outcome.law, domain, outcome.error, run, provenance), options.out)
-    _tell(options, {"file": options.out, "error": outcome.error, "training": outcome.training}, outcome.error)
+    save_calibration(calibration_of(outcome.law, outcome.domain, outcome.error, run, provenance), options.out)
+    kept = outcome.domain.pressure_max
+    _tell(
+        options,
+        {
+            "file": options.out,
+            "error": outcome.error,
+            "training": outcome.training,
+            "pressure_max_kpa": [1e-3 * p for p in kept],
+        },
+        outcome.error,
+    )
+    if kept != domain.pressure_max and not options.json:
+        largest = ", ".join(f"{1e-3 * p:g}" for p in kept)
+        print(f"The law is stable up to {largest} kPa in chambers 1, 2, 3: its domain ends there.")
     return GOOD
 
 

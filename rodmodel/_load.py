@@ -4,9 +4,10 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+from rodmodel._report import calibration_record, layout_text
 from rodmodel._rod import Rod
 from rodmodel.calibration_file import Calibration, read_calibration
-from rodmodel.section import SectionLaw, TurnedLaw
+from rodmodel.section import MirroredLaw, SectionLaw, TurnedLaw
 
 _SHIPPED = Path(__file__).parent / "calibrations"
 
@@ -32,7 +33,8 @@ def load(layout: str, psi: float = 0.0, pitch: float = 3e-3, path: str | Path | 
     """Make the rod of a winding layout from its calibration.
 
     A calibration at one ψ serves ψ ± 120°, which only renumbers the chambers, and for the double helix ψ +
-    180°, which is a shift by half a pitch: all multiples of 60° from it.
+    180°, which is a shift by half a pitch: all multiples of 60° from it. It serves −ψ as well, the section's
+    mirror image, in which chambers 2 and 3 are swapped.
 
     Parameters
     ----------
@@ -56,7 +58,10 @@ def load(layout: str, psi: float = 0.0, pitch: float = 3e-3, path: str | Path | 
     if not (math.isfinite(pitch) and pitch > 0.0):
         raise ValueError(f"pitch: got {pitch}, expected a positive length [m]")
     known = shipped_calibrations() if path is None else [read_calibration(path)]
-    expected = "; ".join(map(_describe, known)) or "a path: no calibration ships with this installation"
+    expected = (
+        "; ".join(layout_text(calibration_record(c)) for c in known)
+        or "a path: no calibration ships with this installation"
+    )
     of_layout = [c for c in known if c.layout.name == layout]
     if not of_layout:
         raise CalibrationNotFoundError("layout", repr(layout), expected)
@@ -64,34 +69,31 @@ def load(layout: str, psi: float = 0.0, pitch: float = 3e-3, path: str | Path | 
     if not of_pitch:
         raise CalibrationNotFoundError("pitch", f"{pitch} m", expected)
     for calibration in of_pitch:
-        turns = _turns(calibration, psi)
-        if turns is not None:
-            return _rod(calibration, turns)
+        for mirrored in (False, True):
+            turns = _turns(calibration, psi, mirrored)
+            if turns is not None:
+                return _rod(calibration, turns, mirrored)
     raise CalibrationNotFoundError("psi", f"{psi} rad", expected)
 
 
-def _rod(calibration: Calibration, turns: int) -> Rod:
+def _rod(calibration: Calibration, turns: int, mirrored: bool) -> Rod:
     law: SectionLaw = calibration.section_law
-    domain = calibration.domain
+    largest = calibration.domain.pressure_max
+    if mirrored:
+        law, largest = MirroredLaw(law), (largest[0], largest[2], largest[1])
     if turns:
-        law = TurnedLaw(law, turns)
         # Chamber 1 + turns of the rod is chamber 1 of the calibration.
-        first, second, third = (domain.pressure_max[(chamber - turns) % 3] for chamber in range(3))
-        domain = replace(domain, pressure_max=(first, second, third))
+        law, largest = TurnedLaw(law, turns), (largest[-turns], largest[1 - turns], largest[2 - turns])
+    domain = replace(calibration.domain, pressure_max=largest)
     return Rod(law, calibration.actuator, domain, calibration.angle_error)
 
 
-def _turns(calibration: Calibration, psi: float) -> int | None:
-    """Turns by 120° that take the calibrated section to the orientation ψ; None where none does."""
-    period = 3.0 * calibration.layout.symmetry
+def _turns(calibration: Calibration, psi: float, mirrored: bool) -> int | None:
+    """Turns by 120° that take the section, or its mirror image, to the orientation ψ; None for none."""
+    layout = calibration.layout
+    start = -layout.psi if mirrored else layout.psi
     for turns in range(3):
-        left = math.remainder(psi - calibration.layout.psi - turns * 2.0 * math.pi / 3.0, period)
+        left = math.remainder(psi - start - turns * 2.0 * math.pi / 3.0, 3.0 * layout.symmetry)
         if abs(left) < _SAME:
             return turns
     return None
-
-
-def _describe(calibration: Calibration) -> str:
-    layout = calibration.layout
-    psi, step = math.degrees(layout.psi), math.degrees(layout.symmetry)
-    return f"{layout.name}, pitch {1e3 * layout.pitch:g} mm, psi {psi:g} deg and every {step:g} deg from it"

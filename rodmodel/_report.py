@@ -123,6 +123,7 @@ def calibration_record(calibration: Calibration) -> dict[str, Any]:
     return {
         "layout": layout.name,
         "psi_deg": math.degrees(layout.psi),
+        "psi_mirrored_deg": None if layout.mirrored_psi is None else math.degrees(layout.mirrored_psi),
         "psi_step_deg": math.degrees(layout.symmetry),
         "pitch_mm": 1e3 * layout.pitch,
         "pressure_max_kpa": [1e-3 * pressure for pressure in domain.pressure_max],
@@ -136,14 +137,22 @@ def calibration_record(calibration: Calibration) -> dict[str, Any]:
     }
 
 
+def layout_text(record: dict[str, Any]) -> str:
+    """Layout and the orientations that its calibration serves, of the calibration's record."""
+    psi, mirrored = f"psi {record['psi_deg']:g}", record["psi_mirrored_deg"]
+    if mirrored is not None:
+        psi += f" and {mirrored:g}"
+    step = f"every {record['psi_step_deg']:g} deg from {'it' if mirrored is None else 'them'}"
+    return f"{record['layout']}, pitch {record['pitch_mm']:g} mm, {psi} deg and {step}"
+
+
 def calibration_text(record: dict[str, Any]) -> str:
     """Calibration for people, of its record."""
     first, second, third = record["pressure_max_kpa"]
     angle = record["error"]["bending_angle_deg"]
     return "\n".join(
         [
-            f"{record['layout']}, pitch {record['pitch_mm']:g} mm, "
-            f"psi {record['psi_deg']:g} deg and every {record['psi_step_deg']:g} deg from it",
+            layout_text(record),
             f"  pressures  up to {first:g}, {second:g}, {third:g} kPa in chambers 1, 2, 3, "
             f"{record['pressure_sum_max_kpa']:g} kPa in sum",
             f"  moments    up to {record['moment_max_nmm']:g} N mm, "

@@ -48,6 +48,7 @@ _ARRAYS = {
 }
 
 _SLACK = 1.0 + 1e-6
+_SAME = 1e-9  # but for the rounding of a change of units [rad]
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,13 @@ class Layout:
         at ψ + 60° but for a shift by a sixth of a pitch.
         """
         return math.pi / 3.0 if self.name in ("double-helix", "six-helix") else 2.0 * math.pi / 3.0
+
+    @property
+    def mirrored_psi(self) -> float | None:
+        """ψ of the mirror image y → −y, from 0 to `symmetry` [rad]; None where it is the section itself."""
+        if abs(math.remainder(2.0 * self.psi, self.symmetry)) < _SAME:
+            return None
+        return -self.psi % self.symmetry
 
 
 @dataclass(frozen=True)

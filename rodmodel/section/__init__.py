@@ -6,13 +6,14 @@ from rodmodel.section._linear import LinearLaw
 from rodmodel.section._quartic import QuarticLaw
 from rodmodel.section._ridge_network import SYMMETRIES, RidgeNetwork
 from rodmodel.section._ridges import RidgeLaw
-from rodmodel.section._turned import TurnedLaw
+from rodmodel.section._turned import MirroredLaw, TurnedLaw
 
 __all__ = [
     "SYMMETRIES",
     "CurvatureLaw",
     "FreeStateExpansion",
     "LinearLaw",
+    "MirroredLaw",
     "QuarticLaw",
     "RidgeLaw",
     "RidgeNetwork",

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from rodmodel._components import Scalar, Symmetric, Triple, triple
@@ -61,12 +62,12 @@ class CurvatureLaw(eqx.Module):
         """Moment and stiffness alone, as `expand` gives them."""
         return self.expand(curvature)[:2]
 
-    def turned(self, turns: int) -> "CurvatureLaw":
-        """Law of the same section seen from axes turned by −120° · `turns` about its own."""
-        # Imported here: a turned law is a law.
-        from rodmodel.section._turned import TurnedCurvatureLaw
+    def seen_in(self, axes: np.ndarray) -> "CurvatureLaw":
+        """Law of curvatures u whose components in this law's axes are Q u, Q orthogonal: Π(Q u)."""
+        # Imported here: a law in other axes is a law.
+        from rodmodel.section._turned import CurvatureLawInAxes
 
-        return TurnedCurvatureLaw(self, turns)
+        return CurvatureLawInAxes(self, axes)
 
 
 class SectionLaw(eqx.Module):

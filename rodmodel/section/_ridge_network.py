@@ -11,16 +11,14 @@ from jaxtyping import Array, Float
 from rodmodel._kernel import as_data
 from rodmodel.section._law import SectionLaw
 from rodmodel.section._ridges import RidgeLaw, powers, ridge, ridge_slope
-from rodmodel.section._turned import INTO_TURNED
+from rodmodel.section._turned import INTO_TURNED, MIRROR, SWAPPED
 
-_MIRROR = np.diag([-1.0, 1.0, -1.0])  # of the curvatures, y → −y
-_SWAP = np.array([0, 2, 1])  # of the chambers
 _THIRDS = [(INTO_TURNED[turns], np.roll(np.arange(3), -turns)) for turns in range(3)]
 #: By name, the images (U u, p[order]) of a state (u, p) at which the potential is the same.
 SYMMETRIES: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {
     "none": _THIRDS[:1],
-    "mirror": [_THIRDS[0], (_MIRROR, _SWAP)],
-    "full": [*_THIRDS, *((_MIRROR @ turn, order[_SWAP]) for turn, order in _THIRDS)],
+    "mirror": [_THIRDS[0], (MIRROR, SWAPPED)],
+    "full": [*_THIRDS, *((MIRROR @ turn, order[SWAPPED]) for turn, order in _THIRDS)],
 }
 
 

@@ -15,7 +15,6 @@ from jaxtyping import Array, Float
 from rodmodel._components import Symmetric, Triple, apply, combine, dot, inverse, solve, triple
 from rodmodel._kernel import one_kernel
 from rodmodel.section._law import PAIRS, TRIPLES, CurvatureLaw, Expansion
-from rodmodel.section._turned import INTO_TURNED
 
 # Newton's method for the free curvature, in units of the law's curvature scale: when it has converged, the
 # longest step, and how many it may take.
@@ -120,9 +119,9 @@ class RidgeLaw(CurvatureLaw):
         a, b, c, d, e, f = (self.quadratic[pair] + ridges[n] for n, pair in enumerate(PAIRS))
         return a, b, c, d, e, f
 
-    def turned(self, turns: int) -> "RidgeLaw":
-        """Law of the same section seen from axes turned by −120° · `turns` about its own."""
-        turn = jnp.asarray(INTO_TURNED[turns], self.quadratic.dtype)
+    def seen_in(self, axes: np.ndarray) -> "RidgeLaw":
+        """Law of curvatures u whose components in this law's axes are Q u, Q orthogonal: Π(Q u)."""
+        turn = jnp.asarray(axes, self.quadratic.dtype)
         directions = self.directions @ turn
         pairs, triples = powers(directions)
         return replace(

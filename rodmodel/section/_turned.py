@@ -1,4 +1,4 @@
-"""A section law seen from another chamber: the same section, turned about its axis by a multiple of 120°."""
+"""A section law seen from another chamber or in a mirror: the same section, its chambers numbered anew."""
 
 import math
 from typing import final
@@ -16,6 +16,10 @@ _SIN = (0.0, math.sqrt(0.75), -math.sqrt(0.75))
 INTO_TURNED = np.array(
     [[[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]] for c, s in zip(_COS, _SIN, strict=True)]
 )
+
+
+MIRROR = np.diag([-1.0, 1.0, -1.0])  # of curvatures, y → −y
+SWAPPED = np.array([0, 2, 1])  # chambers in the mirror
 
 
 @final
@@ -43,35 +47,51 @@ class TurnedLaw(SectionLaw):
 
     def at(self, pressure: Float[Array, "3"]) -> CurvatureLaw:
         """Contract the law to a function of the curvature."""
-        return self.law.at(jnp.roll(pressure, -self.turns)).turned(self.turns)
+        return self.law.at(jnp.roll(pressure, -self.turns)).seen_in(INTO_TURNED[self.turns])
 
 
 @final
-class TurnedCurvatureLaw(CurvatureLaw):
-    """Law at one pressure, in axes from which the section is turned by 120° · `turns`."""
+class MirroredLaw(SectionLaw):
+    """Law of the mirror image y → −y of a section: of the winding at −ψ, chambers 2 and 3 swapped.
+
+        Π(u, p) = Π_law(−u₁, u₂, −u₃, p₁, p₃, p₂)
+
+    Curvatures about axes in the mirror's plane change their sign, as all turns do that a mirror shows.
+
+    Attributes
+    ----------
+    law : the law of the section itself.
+    """
+
+    law: SectionLaw
+
+    def at(self, pressure: Float[Array, "3"]) -> CurvatureLaw:
+        """Contract the law to a function of the curvature."""
+        return self.law.at(pressure[SWAPPED]).seen_in(MIRROR)
+
+
+@final
+class CurvatureLawInAxes(CurvatureLaw):
+    """Law at one pressure, Π(Q u), of curvatures whose components in the law's own axes are Q u."""
 
     law: CurvatureLaw
     free_curvature: Float[Array, "3"]
-    turns: int = eqx.field(static=True)
+    axes: Float[Array, "3 3"]
+    """Q, orthogonal."""
 
-    def __init__(self, law: CurvatureLaw, turns: int) -> None:
+    def __init__(self, law: CurvatureLaw, axes: np.ndarray) -> None:
         self.law = law
-        self.turns = turns
-        self.free_curvature = self._into_turned(law.free_curvature).T @ law.free_curvature
+        self.axes = jnp.asarray(axes, law.free_curvature.dtype)
+        self.free_curvature = self.axes.T @ law.free_curvature
 
     def energy(self, curvature: Float[Array, "3"]) -> Float[Array, ""]:
         """Potential Π [J/m]."""
-        return self.law.energy(self._into_turned(curvature) @ curvature)
+        return self.law.energy(self.axes @ curvature)
 
     def moment(self, curvature: Float[Array, "3"]) -> Float[Array, "3"]:
         """Moment ∂Π/∂u [N m]."""
-        turn = self._into_turned(curvature)
-        return turn.T @ self.law.moment(turn @ curvature)
+        return self.axes.T @ self.law.moment(self.axes @ curvature)
 
     def stiffness(self, curvature: Float[Array, "3"]) -> Float[Array, "3 3"]:
         """Tangent stiffness ∂²Π/∂u² [N m²]."""
-        turn = self._into_turned(curvature)
-        return turn.T @ self.law.stiffness(turn @ curvature) @ turn
-
-    def _into_turned(self, like: Float[Array, "3"]) -> Float[Array, "3 3"]:
-        return jnp.asarray(INTO_TURNED[self.turns], like.dtype)
+        return self.axes.T @ self.law.stiffness(self.axes @ curvature) @ self.axes

@@ -58,6 +58,25 @@ def test_six_helices_are_the_same_every_60_degrees(tmp_path: Path) -> None:
         rodmodel.load("six-helix", psi=math.radians(30), path=path)
 
 
+@pytest.mark.parametrize(("psi_deg", "chambers"), [(12, [0, 1, 2]), (-12, [0, 2, 1]), (48, [2, 1, 0])])
+def test_a_section_serves_its_mirror_image(tmp_path: Path, psi_deg: float, chambers: list[int]) -> None:
+    """The rod at −12 deg is the mirror image under pressures that are mirrored too; 48 is −12 + 60."""
+    law = synthetic.bending_law(mirror=False)
+    path = tmp_path / "twelve.json"
+    layout = rodmodel.Layout("double-helix", math.radians(12), 3e-3)
+    rodmodel.save_calibration(replace(synthetic.calibration(law), layout=layout), path)
+    rod = rodmodel.load("double-helix", psi=math.radians(psi_deg), path=path)
+    assert rod.domain.pressure_max == tuple(np.array([70e3, 60e3, 60e3])[chambers])
+    given = rodmodel.load("double-helix", psi=math.radians(12), path=path)
+    pressure = np.array([20e3, 10e3, 5e3])
+    there, here = rod.solve(pressure[chambers]), given.solve(pressure)
+    np.testing.assert_allclose(there.bending_angle, here.bending_angle, rtol=1e-12)
+    volumes = np.asarray(here.chamber_volume)[chambers]
+    np.testing.assert_allclose(there.chamber_volume, volumes, rtol=1e-12)
+    with pytest.raises(ValueError, match="psi 12 and 48 deg and every 60 deg from them"):
+        rodmodel.load("double-helix", psi=math.radians(13), path=path)
+
+
 def test_an_unknown_layout_or_pitch_is_refused(file: Path) -> None:
     with pytest.raises(ValueError, match="layout: got 'ring', expected double-helix"):
         rodmodel.load("ring", path=file)

@@ -14,6 +14,7 @@ from rodmodel._components import triple
 from rodmodel.section import SYMMETRIES
 from rodmodel.section._law import PAIRS, TRIPLES
 from rodmodel.section._ridges import powers
+from rodmodel.section._turned import INTO_TURNED
 from tests.unit.rodmodel import synthetic
 
 MIRROR_CURVATURE = np.array([-1.0, 1.0, -1.0])
@@ -152,8 +153,8 @@ def test_a_turned_ridge_law_is_the_law_in_turned_axes() -> None:
     law = synthetic.ridge_law(symmetry="none")
     (u, p), *_ = states()
     at = law.at(p)
-    general = super(RidgeLaw, at).turned(1)
-    turned = at.turned(1)
+    general = super(RidgeLaw, at).seen_in(INTO_TURNED[1])
+    turned = at.seen_in(INTO_TURNED[1])
     for quantity in ("energy", "moment", "stiffness"):
         expected = np.asarray(getattr(general, quantity)(u))
         np.testing.assert_allclose(

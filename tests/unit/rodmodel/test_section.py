@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from jaxtyping import Array
 
-from rodmodel import FreeStateExpansion, SectionLaw, TurnedLaw
+from rodmodel import FreeStateExpansion, MirroredLaw, SectionLaw, TurnedLaw
 from tests.unit.rodmodel import synthetic
 
 MIRROR_CURVATURE = np.array([-1.0, 1.0, -1.0])
@@ -21,6 +21,7 @@ LAWS = {
     "without mirror": synthetic.bending_law(2, mirror=False, hidden=(12,)),
     "turned": TurnedLaw(synthetic.bending_law(3), 1),
     "turned twice": TurnedLaw(synthetic.bending_law(3), 2),
+    "in the mirror": MirroredLaw(synthetic.bending_law(3, mirror=False)),
 }
 
 
@@ -143,6 +144,20 @@ def test_a_turned_law_is_the_law_seen_from_another_chamber(turns: int) -> None:
         expected = turn @ law.stiffness(u, p) @ turn.T
         np.testing.assert_allclose(turned.stiffness(v, q), expected, atol=1e-13 * np.abs(expected).max())
         np.testing.assert_allclose(turned.volume(v, q), np.roll(law.volume(u, p), turns), rtol=1e-12)
+
+
+def test_a_mirrored_law_is_the_law_of_the_mirror_image() -> None:
+    """Values to the last bit: signs change and chambers swap, no more."""
+    law = LAWS["without mirror"]
+    mirrored = MirroredLaw(law)
+    for u, p in states():
+        v, q = MIRROR_CURVATURE * u, p[MIRROR_CHAMBERS]
+        assert mirrored.potential(v, q) == law.potential(u, p)
+        np.testing.assert_array_equal(mirrored.moment(v, q), MIRROR_CURVATURE * law.moment(u, p))
+        np.testing.assert_array_equal(mirrored.free_curvature(q), MIRROR_CURVATURE * law.free_curvature(p))
+        np.testing.assert_allclose(mirrored.volume(v, q)[MIRROR_CHAMBERS], law.volume(u, p), rtol=1e-12)
+    (u, p), *_ = states()
+    assert MirroredLaw(mirrored).potential(u, p) == law.potential(u, p)
 
 
 def test_three_turns_are_none() -> None:

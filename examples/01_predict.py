@@ -1,4 +1,4 @@
-"""Bending at 10, 20, ..., 50 and 55 kPa in chamber 1 of the actuator: a table, and the poses in one picture.
+"""Bending at 10, 20, ..., 50 kPa in chamber 1 of the actuator: a table, and the poses in one picture.
 
 Run as ``python examples/01_predict.py [PICTURE]``; the picture goes to docs/images/bent_rod.png unless told
 otherwise.
@@ -24,7 +24,7 @@ def main(picture: Path) -> None:
     jax.config.update("jax_enable_x64", True)  # the precision is the program's to choose
     rod = rodmodel.load("double-helix", psi=0.0, pitch=3e-3)
     solve = jax.jit(rod.solve)
-    pressures = [np.array([1e3 * kpa, 0.0, 0.0]) for kpa in (10, 20, 30, 40, 50, 55)]
+    pressures = [np.array([1e3 * kpa, 0.0, 0.0]) for kpa in (10, 20, 30, 40, 50)]
     solutions = [solve(pressure) for pressure in pressures]
 
     table = Table(title="Double helix, psi 0 deg, pitch 3 mm: pressure in chamber 1 alone")

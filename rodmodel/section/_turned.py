@@ -84,14 +84,20 @@ class CurvatureLawInAxes(CurvatureLaw):
         self.axes = jnp.asarray(axes, law.free_curvature.dtype)
         self.free_curvature = self.axes.T @ law.free_curvature
 
+    # Products in sums: in one kernel XLA takes no matrix product of what is not constant.
+
     def energy(self, curvature: Float[Array, "3"]) -> Float[Array, ""]:
         """Potential Π [J/m]."""
-        return self.law.energy(self.axes @ curvature)
+        return self.law.energy(self._in_axes(curvature))
 
     def moment(self, curvature: Float[Array, "3"]) -> Float[Array, "3"]:
         """Moment ∂Π/∂u [N m]."""
-        return self.axes.T @ self.law.moment(self.axes @ curvature)
+        return jnp.sum(self.axes * self.law.moment(self._in_axes(curvature))[:, None], axis=0)
 
     def stiffness(self, curvature: Float[Array, "3"]) -> Float[Array, "3 3"]:
         """Tangent stiffness ∂²Π/∂u² [N m²]."""
-        return self.axes.T @ self.law.stiffness(self.axes @ curvature) @ self.axes
+        half = jnp.sum(self.law.stiffness(self._in_axes(curvature))[:, :, None] * self.axes[None], axis=1)
+        return jnp.sum(self.axes[:, :, None] * half[:, None, :], axis=0)
+
+    def _in_axes(self, curvature: Float[Array, "3"]) -> Float[Array, "3"]:
+        return jnp.sum(self.axes * curvature, axis=1)

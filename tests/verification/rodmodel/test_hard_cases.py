@@ -94,10 +94,11 @@ def test_random_cases_of_a_convex_law_converge(column: Rod, count: int) -> None:
 @pytest.mark.parametrize("count", [500, pytest.param(10_000, marks=pytest.mark.slow)])
 def test_random_cases_of_the_shipped_law_agree_or_are_flagged(count: int) -> None:
     """From a cold start 99.9 % converge, or all but one of a few; the others are flagged; there is no NaN.
-    Where both solvers are inside the calibration, tips agree to 1e-5 of the length."""
+    Where both solvers are inside the calibration, tips agree to 1e-5 of the length. Of 10 000 cases one is so
+    soft that 32 steps leave 4e-5, and order 4 a sixteenth of that with twice as many."""
     rod = rodmodel.load("double-helix")
     cases = random_cases(rod, count)
-    fixed, adaptive = (solve_all(rod, cases, solver) for solver in (FixedStep(32), Adaptive()))
+    fixed, adaptive = (solve_all(rod, cases, solver) for solver in (FixedStep(64), Adaptive()))
     for solution in (fixed, adaptive):
         assert np.all(np.isfinite(solution.tip_position))
         assert np.sum(~solution.converged) <= max(1, count // 1000)

@@ -11,7 +11,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from rodmodel.calibration_file import Domain
 
-_MAX_STEPS = 60
+_MAX_STEPS = 200  # in a long valley, where a third pressure hardly moves the tip
 # Of Levenberg and Marquardt's term, against squares of derivatives near one: at first, least and most.
 _DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-2, 1e-14, 1e8
 _SHRINK, _GROW = 0.1, 5.0

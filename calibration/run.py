@@ -58,7 +58,7 @@ def open_run(directory: Path, plan: RunPlan, command: str, material: Mapping[str
 
     Returns
     -------
-    description, with command, code version and date of the run's beginning.
+    description, with code version and date of the run's beginning, and the commands that it was run by.
 
     Raises
     ------
@@ -76,6 +76,9 @@ def open_run(directory: Path, plan: RunPlan, command: str, material: Mapping[str
                 f"--out: {directory} holds a run with {key} {found.get(key)}, this one has {wanted[key]}; "
                 "expected an empty directory or one of the same run"
             )
+        if command not in found["command"].split("; "):
+            found["command"] += f"; {command}"
+            file.write_text(json.dumps(found, indent=1) + "\n")
         return dict(found)
     directory.mkdir(parents=True, exist_ok=True)
     description = {**wanted, "command": command, "code_version": code_version(), "date": today()}

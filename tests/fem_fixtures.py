@@ -160,15 +160,14 @@ def bent_configuration(
 def load_of(pressure: ArrayLike, moment: ArrayLike | None = None, curvature: ArrayLike | None = None) -> Load:
     """`Load` from arrays."""
 
-    def triple(values: ArrayLike | None) -> tuple[float, float, float] | None:
-        if values is None:
-            return None
+    def triple(values: ArrayLike) -> tuple[float, float, float]:
         first, second, third = (float(v) for v in np.asarray(values))
         return first, second, third
 
-    pressures = triple(pressure)
-    assert pressures is not None
-    return Load(pressures, moment=triple(moment), curvature=triple(curvature))
+    def given(values: ArrayLike | None) -> tuple[float, float, float] | None:
+        return None if values is None else triple(values)
+
+    return Load(triple(pressure), moment=given(moment), curvature=given(curvature))
 
 
 @functools.cache

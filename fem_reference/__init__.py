@@ -7,6 +7,7 @@ from fem_reference.actuator_run import ActuatorRun, RunError
 from fem_reference.cell import CellError, CellState, Load, PeriodCell, follow
 from fem_reference.geometry import ActuatorGeometry
 from fem_reference.material import Ogden
+from fem_reference.memory import keep_memory
 from fem_reference.section import LEVELS, MeshLevel
 from fem_reference.winding import LAYOUTS, DoubleHelix, NoWinding, Ring, SixHelix, Thread, Winding, layout
 
@@ -33,6 +34,7 @@ __all__ = [
     "Thread",
     "Winding",
     "follow",
+    "keep_memory",
     "layout",
     "load_record",
 ]

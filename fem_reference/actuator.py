@@ -150,7 +150,7 @@ class Actuator:
         )
         self.equations = ActuatorEquations(self.model)
         self._problem = ActuatorProblem(self.equations)
-        self._solver = solver or default_solver()
+        self._solver = solver or default_solver(definite=True)
 
     @property
     def elements(self) -> int:

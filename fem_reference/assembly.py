@@ -42,7 +42,10 @@ class SparsePattern:
         diagonal = np.arange(size, dtype=np.int64) * (size + 1)
         fixed = np.minimum(rows, columns) * np.int64(size) + np.maximum(rows, columns)
         keys = np.unique(np.concatenate([*local_keys, fixed, diagonal]))
-        self._positions = [np.searchsorted(keys, k) for k in local_keys]
+        # Of each group: the places in the data that it has a part in, and which of them each local entry is for.
+        merged = [np.unique(np.searchsorted(keys, k), return_inverse=True) for k in local_keys]
+        self._places = [places for places, _ in merged]
+        self._inverse = [inverse.astype(np.int32) for _, inverse in merged]
         self._set(keys)
 
     def _set(self, keys: Int[np.ndarray, " nonzeros"]) -> None:
@@ -67,7 +70,7 @@ class SparsePattern:
         if missing.size:
             before = np.searchsorted(self._keys, missing)
             shift = np.cumsum(np.bincount(before, minlength=len(self._keys)))
-            self._positions = [p + shift[p] for p in self._positions]
+            self._places = [p + shift[p] for p in self._places]
             self._set(np.insert(self._keys, before, missing))
             self.revision = next(_REVISIONS)
 
@@ -75,8 +78,8 @@ class SparsePattern:
         self, data: Float[np.ndarray, " nonzeros"], group: int, local: Float[np.ndarray, "blocks n n"]
     ) -> None:
         """Add a group's local matrices to the matrix's data."""
-        values = local.reshape(-1)[self._chosen[group]]
-        data += np.bincount(self._positions[group], weights=values, minlength=len(data))
+        values, places = local.reshape(-1)[self._chosen[group]], self._places[group]
+        data[places] += np.bincount(self._inverse[group], weights=values, minlength=len(places))
 
     def add_entries(
         self,
@@ -86,8 +89,7 @@ class SparsePattern:
         values: Float[np.ndarray, " n"],
     ) -> None:
         """Add single entries of the upper triangle, all of them in the pattern."""
-        at = np.searchsorted(self._keys, rows * np.int64(self.size) + columns)
-        data += np.bincount(at, weights=values, minlength=len(data))
+        np.add.at(data, np.searchsorted(self._keys, rows * np.int64(self.size) + columns), values)
 
     def matrix(self, data: Float[np.ndarray, " nonzeros"]) -> sparse.csr_matrix:
         """The upper triangle as CSR, sharing ``data``."""

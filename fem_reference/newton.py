@@ -41,8 +41,10 @@ _LOG = logging.getLogger(__name__)
 FORCE_TOLERANCE = 1e-9
 # A step of this size [mm] under forces below that [N] is round-off of a large mesh.
 _ROUND_OFF_STEP, _ROUND_OFF_FORCE = 1e-12, 1e-7
-# A step with a kept stiffness that ends the iteration [mm], and the force [N]: strains of 1e-8.
-_KEPT_STEP, _KEPT_FORCE = 1e-8, 1e-6
+# A step with a kept stiffness that ends the iteration [mm], and the force [N]: strains of 1e-6, and an error
+# of 1e-8 of its length in the place of the actuator's tip; further, where a stiffness of its own follows.
+_KEPT_STEP, _KEPT_FORCE = 1e-6, 1e-5
+_EXACT_STEP, _EXACT_FORCE = 1e-8, 1e-6
 MOMENT_TOLERANCE = 1e-8
 # Where walls touch, the barrier's gradient jumps a little as contact pairs change kind, and Newton's method
 # may end in a cycle about such a jump. It is accepted below this force [N] once the whole step is within the
@@ -176,6 +178,7 @@ def _keep_stiffness(
     Returns where they lead, the last linearisation, its residual force, and whether that is an equilibrium.
     """
     sizes = [size]
+    last_step, last_force = (_EXACT_STEP, _EXACT_FORCE) if problem.exact else (_KEPT_STEP, _KEPT_FORCE)
     for iteration in range(_KEPT_ITERATIONS):
         linear = problem.renewed(linear, at, target)
         force, moment = _imbalance(problem, linear, target, iteration)
@@ -184,7 +187,7 @@ def _keep_stiffness(
         step = problem.newton_step(solver, linear, target)
         size = problem.size(step, linear)
         _LOG.debug("  kept stiffness: force %.2e N, moment %.2e N mm, step %.2e mm", force, moment, size)
-        if size <= _KEPT_STEP and force <= _KEPT_FORCE and moment <= MOMENT_TOLERANCE:
+        if size <= last_step and force <= last_force and moment <= MOMENT_TOLERANCE:
             return at, linear, force, True
         # Steps shrink in pairs: one for the stiff parts' forces, one for what they do.
         if size > sizes[-1] or (len(sizes) > 1 and size > _KEPT_CONTRACTION * sizes[-2]):

@@ -134,5 +134,6 @@ class ThreadSegments:
         geometric = (tension / length)[:, None, None] * np.eye(3) + (
             self.axial_stiffness / self.rest_length - tension / length
         )[:, None, None] * (direction[:, :, None] * direction[:, None, :])
-        spread = (self._coefficient[:, :, None, None] * np.eye(3)).reshape(len(self), size, 3)
-        return force, (spread @ geometric) @ np.swapaxes(spread, 1, 2), length_gradient
+        pairs = self._coefficient[:, :, None] * self._coefficient[:, None, :]
+        stiffness = pairs[:, :, None, :, None] * geometric[:, None, :, None, :]
+        return force, stiffness.reshape(len(self), size, size), length_gradient

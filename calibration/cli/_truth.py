@@ -58,8 +58,9 @@ def _trace(case: "TruthCase", directory: Path, level: str, command: str) -> str:
     """Run one case; what went wrong, or nothing."""
     from calibration.progress import progress_bar
     from calibration.truth import trace
-    from fem_reference import ActuatorError, RunError
+    from fem_reference import ActuatorError, RunError, keep_memory
 
+    keep_memory()
     try:
         with progress_bar(len(case.loads), "states") as advance:
             for _ in trace(case, directory, level, command):

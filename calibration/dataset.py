@@ -67,6 +67,11 @@ def build_dataset(
         np.array([path.name for path, _ in chosen], dtype=object),
         {"long_name": "loading path"},
     )
+    data["psi"] = (
+        "state",
+        np.array([np.nan if path.psi is None else path.psi for path, _ in chosen]),
+        {"units": "rad", "long_name": "orientation of the winding, where every path has its own"},
+    )
     data["role"] = (
         "state",
         np.array([path.role for path, _ in chosen], dtype=object),
@@ -101,7 +106,7 @@ def load_dataset(file: Path) -> xr.Dataset:
         raise DatasetError(
             f"dataset: cannot read {file} as netCDF ({error}); expected a file of `run`"
         ) from error
-    needed = [name for name, *_ in VARIABLES] + ["path", "role"]
+    needed = [name for name, *_ in VARIABLES] + ["path", "role", "psi"]
     missing = [name for name in needed if name not in dataset]
     if missing:
         raise DatasetError(f"dataset: {file} lacks {', '.join(missing)}; expected a file of `run`")

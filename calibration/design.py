@@ -21,6 +21,9 @@ from fem_reference import Load
 from rodmodel import Domain
 
 _PLASTIC = 1.324717957244746  # root of x³ = x + 1
+_GOLDEN = 0.618033988749895
+_OVER = 1.1  # ends of a range included
+_ROUNDS = 3  # of the named directions, where every path has another winding
 # The triangle of pressure shares is stretched by this about its centre; what is then outside goes on an edge.
 _STRETCH = 1.2
 
@@ -46,15 +49,21 @@ def inside(domain: Domain, pressure: Vector, moment: Vector) -> NDArray[np.bool_
 
 @dataclass(frozen=True)
 class LoadingPath:
-    """A named sequence of loads with its role."""
+    """A named sequence of loads with its role, on a winding at ψ [rad] where every path has its own."""
 
     name: str
     role: Role
     loads: tuple[Load, ...]
+    psi: float | None = None
 
 
 def design_paths(
-    domain: Domain, number: int, seed: int, mirror: bool = True, pressure_step: float = 3e3
+    domain: Domain,
+    number: int,
+    seed: int,
+    mirror: bool = True,
+    pressure_step: float = 3e3,
+    orientations: tuple[float, float] | None = None,
 ) -> tuple[LoadingPath, ...]:
     """Draw the loading paths of a calibration.
 
@@ -65,6 +74,7 @@ def design_paths(
     seed : of the random streams; the same seed gives the same paths.
     mirror : the section is its own mirror image in the plane of chamber 1: chamber 3 alone need not be run.
     pressure_step : largest change of one pressure from a load to the next [Pa].
+    orientations : least and largest ψ [rad], between which every path has its own; None where all have one.
 
     Returns
     -------
@@ -75,29 +85,49 @@ def design_paths(
     if not pressure_step > 0:
         raise ValueError(f"pressure_step: got {pressure_step} Pa, expected a positive step")
     train_stream, held_out_stream = np.random.SeedSequence(seed).spawn(2)
-    train = _train_waypoints(domain, np.random.default_rng(train_stream), mirror)
+    rounds = 1 if orientations is None else _ROUNDS
+    train = _train_waypoints(domain, np.random.default_rng(train_stream), mirror, rounds)
     held_out = _held_out_waypoints(domain, np.random.default_rng(held_out_stream))
+    psi = {"train": _evenly(), "held-out": _uniformly(np.random.default_rng([seed, 1]))}
     paths = []
     for index in range(number):
         role: Role = "held-out" if index % HELD_OUT_EVERY == HELD_OUT_EVERY - 1 else "train"
         kind, waypoints = next(held_out if role == "held-out" else train)
         loads = _walk(waypoints, pressure_step, np.asarray(domain.moment_axes) / MOMENT_STEPS)
-        paths.append(LoadingPath(f"{index:03d}-{role}-{kind}", role, loads))
+        own = None
+        if orientations is not None:
+            own = orientations[0] + (orientations[1] - orientations[0]) * next(psi[role])
+        paths.append(LoadingPath(f"{index:03d}-{role}-{kind}", role, loads, own))
     return tuple(paths)
 
 
 Waypoints = tuple[str, list[tuple[Vector, Vector]]]  # kind, (pressure [Pa], moment [N m]) at each
 
 
-def _train_waypoints(domain: Domain, rng: np.random.Generator, mirror: bool) -> Iterator[Waypoints]:
-    """Endless training paths: first the named directions once, then directions spread over all."""
+def _evenly() -> Iterator[float]:
+    """Places between 0 and 1, evenly spread from the first few on; a tenth of them at an end."""
+    place = 0.0
+    while True:
+        yield float(np.clip(_OVER * (place - 0.5) + 0.5, 0.0, 1.0))
+        place = (place + _GOLDEN) % 1.0
+
+
+def _uniformly(rng: np.random.Generator) -> Iterator[float]:
+    while True:
+        yield float(rng.random())
+
+
+def _train_waypoints(
+    domain: Domain, rng: np.random.Generator, mirror: bool, rounds: int
+) -> Iterator[Waypoints]:
+    """Endless training paths: first the named directions, then directions spread over all."""
     none = np.zeros(3)
     singles = [np.eye(3)[k] for k in ((0, 1) if mirror else (0, 1, 2))]
     pairs = [
         np.array(d, dtype=float)
         for d in ([(1, 1, 0), (0, 1, 1)] if mirror else [(1, 1, 0), (0, 1, 1), (1, 0, 1)])
     ]
-    for number, direction in enumerate((*singles, *pairs, np.ones(3))):
+    for number, direction in enumerate((*singles, *pairs, np.ones(3)) * rounds):
         limit = edge(domain, direction)
         # The first states lie where the section is most compliant.
         yield "free", [(0.03 * limit, none), (limit, none)]

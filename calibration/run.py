@@ -28,19 +28,23 @@ class RunPlan:
     domain: Domain
     paths: int
     seed: int
+    orientations: tuple[float, float] | None = None
+    """Least and largest ψ [rad] where every path has its own; that of the winding is then of no account."""
 
     @property
     def mirror(self) -> bool:
         """Whether the section is its own mirror image in the plane of chamber 1."""
-        return self.winding.mirror_symmetric
+        return self.orientations is None and self.winding.mirror_symmetric
 
     def design(self) -> tuple[LoadingPath, ...]:
         """The loading paths, in the order in which to run them."""
-        return design_paths(self.domain, self.paths, self.seed, self.mirror, PRESSURE_STEP)
+        return design_paths(self.domain, self.paths, self.seed, self.mirror, PRESSURE_STEP, self.orientations)
 
     def description(self) -> dict[str, Any]:
         """All of it as JSON, for the run directory and the attributes of the dataset."""
+        own = {} if self.orientations is None else {"orientations": list(self.orientations)}
         return {
+            **own,
             "layout": self.winding.name,
             "winding": asdict(self.winding),
             "geometry": asdict(self.geometry),

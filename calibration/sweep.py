@@ -13,17 +13,18 @@ import threading
 import uuid
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from distributed import Client, Future, KilledWorker, LocalCluster, get_worker, wait
 
 from calibration.design import LoadingPath
 from calibration.path_file import PathRecord, PathWriter, read_path
 from calibration.progress import progress_bar
-from calibration.tracing import Trace, trace_path
+from calibration.tracing import CellTracer, Trace, trace_path
 
 _POLL = 0.2  # [s]
 _CONNECT = 10.0  # [s]
+_OWN_PORT = "127.0.0.1:0"  # any that is free, on this machine alone
 
 
 class SweepError(RuntimeError):
@@ -137,7 +138,8 @@ def _connected(workers: int, scheduler: str | None) -> Iterator[Client]:
             threads_per_worker=1,
             memory_limit=0,
             host="127.0.0.1",
-            dashboard_address=None,
+            dashboard_address=_OWN_PORT,
+            worker_dashboard_address=_OWN_PORT,
             silence_logs=logging.ERROR,
         ) as cluster,
         Client(cluster) as client,
@@ -150,8 +152,9 @@ _mine = threading.local()
 
 
 def _run_path(make_trace: Callable[[], Trace], path: LoadingPath, topic: str) -> list[dict[str, Any]]:
-    if getattr(_mine, "made_by", None) != make_trace:
-        _mine.trace, _mine.made_by = make_trace(), make_trace
+    maker = make_trace if path.psi is None else cast(CellTracer, make_trace).oriented(path.psi)
+    if getattr(_mine, "made_by", None) != maker:
+        _mine.trace, _mine.made_by = maker(), maker
     worker, records = get_worker(), []
     for record in trace_path(_mine.trace, path):
         worker.log_event(topic, (path.name, record))

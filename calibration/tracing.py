@@ -2,13 +2,22 @@
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import asdict, dataclass, replace
+from typing import Any, cast
 
 import numpy as np
 
 from calibration.design import LoadingPath
-from fem_reference import ActuatorGeometry, CellError, CellState, Load, PeriodCell, Winding, follow
+from fem_reference import (
+    ActuatorGeometry,
+    CellError,
+    CellState,
+    DoubleHelix,
+    Load,
+    PeriodCell,
+    Winding,
+    follow,
+)
 
 Trace = Callable[[Sequence[Load], CellState | None], Iterator[CellState]]
 
@@ -30,6 +39,10 @@ class CellTracer:
         """Build the cell."""
         cell = PeriodCell(geometry=self.geometry, winding=self.winding, level=self.level)
         return lambda loads, start: follow(cell, loads, start=start, jumps=False)
+
+    def oriented(self, psi: float) -> "CellTracer":
+        """The same with a winding of the same kind at another ψ [rad]."""
+        return replace(self, winding=replace(cast(DoubleHelix, self.winding), psi=psi))
 
 
 def trace_path(trace: Trace, path: LoadingPath) -> Iterator[dict[str, Any]]:

@@ -42,7 +42,7 @@ class SparsePattern:
         diagonal = np.arange(size, dtype=np.int64) * (size + 1)
         fixed = np.minimum(rows, columns) * np.int64(size) + np.maximum(rows, columns)
         keys = np.unique(np.concatenate([*local_keys, fixed, diagonal]))
-        # Of each group: the places in the data that it has a part in, and which of them each local entry is for.
+        # Of each group: its places in the data, and which of them each local entry is for.
         merged = [np.unique(np.searchsorted(keys, k), return_inverse=True) for k in local_keys]
         self._places = [places for places, _ in merged]
         self._inverse = [inverse.astype(np.int32) for _, inverse in merged]

@@ -10,9 +10,9 @@ _LARGEST_ARRAY, _LARGEST_REST = 1 << 30, (1 << 31) - 1
 def keep_memory() -> bool:
     """Let the C library keep what arrays leave, for programs that assemble many matrices of one size.
 
-    By default glibc gives a large array back to the system as soon as it is freed, and the next one is paged in
-    anew, which can take longer than to fill it: two fifths of the actuator's assembly. This is a setting of
-    the whole process, so programs call it, and the library does not.
+    By default glibc gives a large array back to the system as soon as it is freed, and the next one is paged
+    in anew, which can take longer than to fill it: two fifths of the actuator's assembly. This is a setting
+    of the whole process, so programs call it, and the library does not.
 
     Returns
     -------

@@ -50,8 +50,14 @@ def _run(options: argparse.Namespace, command: str) -> int:
     from fem_reference import ActuatorGeometry, Ogden, Thread, layout
     from rodmodel import Domain
 
+    psi = [math.radians(value) for value in options.psi_deg]
+    if len(psi) > 2 or (len(psi) == 2 and not (options.layout == "double-helix" and psi[0] < psi[1])):
+        raise BadInputError(
+            f"--psi-deg: got {options.psi_deg} with --layout {options.layout}, expected one orientation, or "
+            "for a double helix the least and the largest of many"
+        )
     try:
-        winding = layout(options.layout, math.radians(options.psi_deg), 1e-3 * options.pitch_mm)
+        winding = layout(options.layout, psi[0], 1e-3 * options.pitch_mm)
         winding.refuse_overlap(Thread())
     except ValueError as error:
         raise BadInputError(f"--layout {options.layout}: {error}") from error
@@ -67,6 +73,7 @@ def _run(options: argparse.Namespace, command: str) -> int:
         ),
         paths=options.paths,
         seed=options.seed,
+        orientations=(psi[0], psi[1]) if len(psi) == 2 else None,
     )
     directory = Path(options.out)
     try:
@@ -216,7 +223,14 @@ def _parser() -> argparse.ArgumentParser:
 
     run = commands.add_parser("run", help="sweep loading paths of the cell; takes up a run that was stopped")
     run.add_argument("--layout", default="double-helix", help="winding layout (default: %(default)s)")
-    run.add_argument("--psi-deg", type=number, default=0.0, help="winding orientation [deg]")
+    run.add_argument(
+        "--psi-deg",
+        nargs="+",
+        type=number,
+        default=[0.0],
+        metavar="PSI",
+        help="winding orientation [deg]; two, least and largest: every path has its own",
+    )
     run.add_argument(
         "--pitch-mm", type=positive, default=3.0, help="winding pitch, twice the rings' spacing [mm]"
     )

@@ -117,7 +117,13 @@ def test_a_step_that_was_too_large_is_taken_in_smaller_ones(tmp_path):
 
 def test_an_existing_cluster_traces_paths_for_a_folder_that_it_need_not_see(tmp_path):
     paths = [ramp("a"), ramp("b", pressure=(0.0, 30e3, 3e3))]
-    with LocalCluster(n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address=None) as cluster:
+    with LocalCluster(
+        n_workers=1,
+        threads_per_worker=1,
+        host="127.0.0.1",
+        dashboard_address="127.0.0.1:0",
+        worker_dashboard_address="127.0.0.1:0",
+    ) as cluster:
         records = run_sweep(
             ManufacturedTracer(), paths, tmp_path / "far", scheduler=cluster.scheduler_address
         )

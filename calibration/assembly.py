@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from rodmodel import Actuator, Calibration, Domain, Layout, RidgeNetwork
+from rodmodel import Actuator, Calibration, Domain, Layout, OrientedNetwork, RidgeNetwork
 
 # Platinum-cured silicone of this stiffness; the paper gives no density. The rod in the cavity counts the
 # same.
@@ -31,7 +31,7 @@ def actuator_of(geometry: Mapping[str, float], body_area: float) -> Actuator:
 
 
 def calibration_of(
-    law: RidgeNetwork,
+    law: RidgeNetwork | OrientedNetwork,
     domain: Domain,
     error: Mapping[str, Any],
     run: Mapping[str, Any],
@@ -48,7 +48,7 @@ def calibration_of(
     provenance : of the fit; those of the run are added.
     """
     return Calibration(
-        layout=_layout(run["layout"], run["winding"]),
+        layout=_layout(run["layout"], run["winding"], oriented=isinstance(law, OrientedNetwork)),
         actuator=actuator_of(run["geometry"], run["body_area_m2"]),
         section_law=law,
         domain=domain,
@@ -65,7 +65,7 @@ def calibration_of(
     )
 
 
-def _layout(name: str, winding: Mapping[str, float]) -> Layout:
+def _layout(name: str, winding: Mapping[str, float], oriented: bool) -> Layout:
     """Layout for the file, which knows orientation and pitch.
 
     Rings and no winding have no orientation. Rings go by the pitch of the double helix that crosses a line
@@ -75,4 +75,4 @@ def _layout(name: str, winding: Mapping[str, float]) -> Layout:
         return Layout(name, 0.0, 2.0 * winding["spacing"])
     if name == "none":
         return Layout(name, 0.0, 3e-3)
-    return Layout(name, winding["psi"], winding["pitch"])
+    return Layout(name, None if oriented else winding["psi"], winding["pitch"])

@@ -67,10 +67,11 @@ def build_dataset(
         np.array([path.name for path, _ in chosen], dtype=object),
         {"long_name": "loading path"},
     )
+    psi = provenance.get("winding", {}).get("psi", np.nan)
     data["psi"] = (
         "state",
-        np.array([np.nan if path.psi is None else path.psi for path, _ in chosen]),
-        {"units": "rad", "long_name": "orientation of the winding, where every path has its own"},
+        np.array([psi if path.psi is None else path.psi for path, _ in chosen]),
+        {"units": "rad", "long_name": "orientation of the winding, where it has one"},
     )
     data["role"] = (
         "state",

@@ -11,8 +11,8 @@ import optimistix as optx
 from jax import Array
 from jaxtyping import Bool, Float
 
+from calibration.oriented import AnyLaw, law_at
 from calibration.samples import Samples
-from rodmodel import SectionLaw
 
 EQUILIBRIUM_TOLERANCE = (
     1e-8  # relative, of the curvature found under a given moment; errors of interest are 1e-3
@@ -43,7 +43,7 @@ class Deviations:
     volume: Float[np.ndarray, "n 3"]
 
 
-def deviations(law: SectionLaw, samples: Samples, length: float, from_cell: bool = False) -> Deviations:
+def deviations(law: AnyLaw, samples: Samples, length: float, from_cell: bool = False) -> Deviations:
     """Compare a law with states.
 
     Parameters
@@ -55,9 +55,10 @@ def deviations(law: SectionLaw, samples: Samples, length: float, from_cell: bool
         whose free curvature has to be searched for, and may be missed.
     """
     curvature, pressure = jnp.asarray(samples.curvature), jnp.asarray(samples.pressure)
-    moment, volume = map(np.asarray, _moments_and_volumes(law, curvature, pressure))
-    start = curvature if from_cell else _free_curvatures(law, pressure)
-    own, found = map(np.asarray, equilibrium(law, pressure, jnp.asarray(samples.moment), start))
+    psi = jnp.asarray(samples.psi)
+    moment, volume = map(np.asarray, _moments_and_volumes(law, curvature, pressure, psi))
+    start = curvature if from_cell else _free_curvatures(law, pressure, psi)
+    own, found = map(np.asarray, equilibrium(law, pressure, jnp.asarray(samples.moment), start, psi))
     bend, own_bend = samples.curvature[:, :2] * length, own[:, :2] * length
     return Deviations(
         curvature=own,
@@ -70,18 +71,26 @@ def deviations(law: SectionLaw, samples: Samples, length: float, from_cell: bool
 
 
 @eqx.filter_jit
-def _moments_and_volumes(law: SectionLaw, curvature: Array, pressure: Array) -> tuple[Array, Array]:
-    return jax.vmap(law.moment)(curvature, pressure), jax.vmap(law.volume)(curvature, pressure)
+def _moments_and_volumes(law: AnyLaw, curvature: Array, pressure: Array, psi: Array) -> tuple[Array, Array]:
+    def one(u: Array, p: Array, angle: Array) -> tuple[Array, Array]:
+        section = law_at(law, angle)
+        return section.moment(u, p), section.volume(u, p)
+
+    return jax.vmap(one)(curvature, pressure, psi)
 
 
 @eqx.filter_jit
-def _free_curvatures(law: SectionLaw, pressure: Array) -> Array:
-    return jax.vmap(law.free_curvature)(pressure)
+def _free_curvatures(law: AnyLaw, pressure: Array, psi: Array) -> Array:
+    return jax.vmap(lambda p, angle: law_at(law, angle).free_curvature(p))(pressure, psi)
 
 
 @eqx.filter_jit
 def equilibrium(
-    law: SectionLaw, pressure: Float[Array, "n 3"], moment: Float[Array, "n 3"], start: Float[Array, "n 3"]
+    law: AnyLaw,
+    pressure: Float[Array, "n 3"],
+    moment: Float[Array, "n 3"],
+    start: Float[Array, "n 3"],
+    psi: Float[Array, " n"],
 ) -> tuple[Float[Array, "n 3"], Bool[Array, " n"]]:
     """Curvature of a law under given pressures and moments.
 
@@ -91,6 +100,7 @@ def equilibrium(
     pressure : [Pa].
     moment : [N m].
     start : curvatures to begin from [1/m].
+    psi : orientation of each section [rad], for a law of all.
 
     Returns
     -------
@@ -99,8 +109,8 @@ def equilibrium(
     """
     solver: optx.Newton = optx.Newton(rtol=EQUILIBRIUM_TOLERANCE, atol=EQUILIBRIUM_TOLERANCE)
 
-    def one(p: Array, m: Array, u: Array) -> tuple[Array, Array]:
-        at = law.at(p)
+    def one(p: Array, m: Array, u: Array, angle: Array) -> tuple[Array, Array]:
+        at = law_at(law, angle).at(p)
         # The solver's tolerance is one of curvatures: in these units the residual is one too.
         unit = jnp.trace(at.stiffness(u)) / 3.0
         found: optx.Solution = optx.root_find(
@@ -113,10 +123,10 @@ def equilibrium(
         good = (found.result == optx.RESULTS.successful) & jnp.all(jnp.isfinite(found.value))
         return jnp.where(good, found.value, jnp.nan), good
 
-    return jax.vmap(one)(pressure, moment, start)
+    return jax.vmap(one)(pressure, moment, start, psi)
 
 
-def figures(law: SectionLaw, samples: Samples, length: float, from_cell: bool = False) -> dict[str, Any]:
+def figures(law: AnyLaw, samples: Samples, length: float, from_cell: bool = False) -> dict[str, Any]:
     """Held-out figures, as they go into the calibration file.
 
     Each quantity has its median, 95th percentile, worst value and the load where it is worst; ``range`` is
@@ -160,6 +170,7 @@ def summary(error: np.ndarray, samples: Samples, extent: float) -> dict[str, Any
         "worst_at": {
             "pressure_pa": samples.pressure[worst].tolist(),
             "moment_nm": samples.moment[worst].tolist(),
+            **({} if np.isnan(samples.psi[worst]) else {"psi_rad": float(samples.psi[worst])}),
             "path": str(samples.path[worst]),
         },
         "range": extent,

@@ -18,8 +18,8 @@ import scipy.linalg
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Float
 
+from calibration.oriented import AnyLaw, law_at
 from calibration.samples import Metric, Samples
-from rodmodel import SectionLaw
 
 HESSIAN_WEIGHT = 0.3  # of the errors at neighbouring states against those at the states themselves
 _CHUNK = 128  # states whose Jacobian is held at a time
@@ -28,7 +28,7 @@ _FIRST_DAMPING, _TRIALS = 1e-2, 12
 _PATIENCE = 10  # iterations over which convergence is judged
 _UPPER = np.triu_indices(6)
 
-Law = TypeVar("Law", bound=SectionLaw)
+Law = TypeVar("Law", bound=AnyLaw)
 Watch = Callable[[int, float], None]  # iterations so far, mean square of the residuals
 
 
@@ -58,7 +58,7 @@ def residual_weights(samples: Samples, scales: Metric) -> Float[np.ndarray, "n 2
     return np.asarray(np.linalg.qr(rows.reshape(count, 42, 27), mode="r")) / np.sqrt(count)
 
 
-def mean_square(law: SectionLaw, samples: Samples, scales: Metric) -> float:
+def mean_square(law: AnyLaw, samples: Samples, scales: Metric) -> float:
     """Mean over the states of the squared residuals of gradient and Hessian, in the units of the metric.
 
     A law that is its own mirror image has the same residuals at the mirror image of every state: adding those
@@ -131,11 +131,12 @@ def fit(
     return Fitted(eqx.combine(unravel(jnp.asarray(x)), fixed), loss, len(losses) - 1, converged)
 
 
-def _residual(law: SectionLaw, state: tuple[jax.Array, ...]) -> jax.Array:
-    y, target, weight = state
+def _residual(law: AnyLaw, state: tuple[jax.Array, ...]) -> jax.Array:
+    y, psi, target, weight = state
+    section = law_at(law, psi)
 
     def potential(y: jax.Array) -> jax.Array:
-        return law.potential(y[:3], y[3:])
+        return section.potential(y[:3], y[3:])
 
     found = jnp.concatenate([jax.grad(potential)(y), jax.hessian(potential)(y)[_UPPER]])
     return weight @ (found - target)
@@ -145,9 +146,8 @@ def _chunks(samples: Samples, scales: Metric) -> list[tuple[np.ndarray, ...]]:
     """States in parts of one size, so that one compilation does; the last is filled up without weight."""
     y = np.concatenate([samples.curvature, samples.pressure], axis=1)
     target = np.concatenate([samples.gradient, samples.hessian[:, *_UPPER]], axis=1)
-    parts = [y, target, residual_weights(samples, scales)]
+    parts = [y, samples.psi, target, residual_weights(samples, scales)]
     missing = -len(samples) % _CHUNK
-    y, target, weight = (np.concatenate([part, np.repeat(part[-1:], missing, axis=0)]) for part in parts)
-    weight[len(samples) :] = 0.0
-    starts = range(0, len(y), _CHUNK)
-    return [tuple(part[first : first + _CHUNK] for part in (y, target, weight)) for first in starts]
+    parts = [np.concatenate([part, np.repeat(part[-1:], missing, axis=0)]) for part in parts]
+    parts[-1][len(samples) :] = 0.0
+    return [tuple(part[first : first + _CHUNK] for part in parts) for first in range(0, len(y), _CHUNK)]

@@ -35,7 +35,7 @@ class Adjustment:
 
     def rod(self, calibration: str | Path | None = None) -> Any:
         """Rod of the layout with the parameters; `calibration` as the path of `rodmodel.load`."""
-        of_map = load(self.layout.name, self.layout.psi, self.layout.pitch, calibration)
+        of_map = load(self.layout.name, self.layout.psi or 0.0, self.layout.pitch, calibration)
         return adjusted_rod(of_map, self.parameters, self.wall)
 
 

@@ -12,13 +12,14 @@ from calibration.dataset import attributes
 from calibration.design import MOMENT_STEPS, inside
 from calibration.error import deviations, figures
 from calibration.fit import fit, mean_square
+from calibration.oriented import AnyLaw
 from calibration.plots import write_figures
 from calibration.progress import progress_bar
 from calibration.samples import Metric, Samples, loading_samples, metric, softness
 from calibration.stability import narrowed
-from calibration.start import Scales, initial_law, with_guess
+from calibration.start import Scales, initial_law, initial_oriented, with_guess
 from fem_reference import ActuatorGeometry
-from rodmodel import Domain, RidgeNetwork, SectionLaw
+from rodmodel import Domain, OrientedNetwork, RidgeNetwork, SectionLaw
 
 # Starts from other random weights that are tried, and iterations of each trial.
 STARTS, TRIAL_ITERATIONS = 3, 15
@@ -35,7 +36,7 @@ _ALIKE = ("ring", "six-helix", "none")
 class Judged:
     """A fitted law with its held-out figures, or why there is none."""
 
-    law: RidgeNetwork
+    law: RidgeNetwork | OrientedNetwork
     domain: Domain
     error: dict[str, Any]
     training: dict[str, Any]
@@ -94,7 +95,13 @@ def fit_and_judge(
     seed : of the first start.
     """
     material = prepare(dataset, domain, length)
-    symmetry = symmetry_of(attributes(dataset))
+    run = attributes(dataset)
+
+    def start(number: int) -> Any:
+        if "orientations" in run:
+            return initial_oriented(material.scales, ridges, features, number)
+        return initial_law(material.scales, ridges, features, number, symmetry_of(run))
+
     with progress_bar(STARTS * TRIAL_ITERATIONS + iterations, "iterations") as advance:
 
         def watch(stage: str) -> Any:
@@ -102,7 +109,7 @@ def fit_and_judge(
 
         trials = [
             fit(
-                initial_law(material.scales, ridges, features, seed + n, symmetry),
+                start(seed + n),
                 material.train,
                 material.metric,
                 TRIAL_ITERATIONS,
@@ -139,7 +146,7 @@ def fit_and_judge(
 
 
 def judge(
-    law: SectionLaw, dataset: xr.Dataset, domain: Domain, length: float, figures_in: Path | None
+    law: AnyLaw, dataset: xr.Dataset, domain: Domain, length: float, figures_in: Path | None
 ) -> dict[str, Any]:
     """Held-out figures of a law, and the figures for people if a directory is given."""
     held_out = prepare(dataset, domain, length).held_out

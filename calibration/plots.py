@@ -9,17 +9,18 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from calibration.error import NO_MOMENT, Deviations
+from calibration.oriented import AnyLaw
 from calibration.samples import Samples
-from rodmodel import SectionLaw
+from rodmodel import OrientedNetwork, SectionLaw
 
 KPA, MM2 = 1e3, 1e-6
 DOTS_PER_INCH = 130
 
 
 def write_figures(
-    directory: Path, law: SectionLaw, everything: Samples, held_out: Samples, off: Deviations, length: float
+    directory: Path, law: AnyLaw, everything: Samples, held_out: Samples, off: Deviations, length: float
 ) -> list[Path]:
-    """Write all figures as PNG.
+    """Write all figures as PNG; angles against pressure only of a law of one orientation.
 
     Parameters
     ----------
@@ -30,10 +31,11 @@ def write_figures(
     """
     directory.mkdir(parents=True, exist_ok=True)
     drawn = {
-        "angle-against-pressure.png": angle_against_pressure(law, everything, length),
         "parity.png": parity(held_out, off, length),
         "error-over-states.png": error_over_states(held_out, off, length),
     }
+    if not isinstance(law, OrientedNetwork):
+        drawn["angle-against-pressure.png"] = angle_against_pressure(law, everything, length)
     for name, figure in drawn.items():
         figure.savefig(directory / name, dpi=DOTS_PER_INCH)
         plt.close(figure)

@@ -14,13 +14,17 @@ SOFT_LIMIT = 0.25  # of the median stiffness; a state near its snap would else o
 
 @dataclass(frozen=True)
 class Samples:
-    """States, one a row: pressure [Pa], curvature [1/m], gradient (m, −V) [N m, m²] and Hessian of Π (SI)."""
+    """States, one a row: pressure [Pa], curvature [1/m], gradient (m, −V) [N m, m²] and Hessian of Π (SI).
+
+    ψ [rad] is not a number where the winding has none.
+    """
 
     pressure: Float[np.ndarray, "n 3"]
     curvature: Float[np.ndarray, "n 3"]
     energy: Float[np.ndarray, " n"]
     gradient: Float[np.ndarray, "n 6"]
     hessian: Float[np.ndarray, "n 6 6"]
+    psi: Float[np.ndarray, " n"]
     path: np.ndarray
     held_out: Bool[np.ndarray, " n"]
 
@@ -53,6 +57,7 @@ def loading_samples(dataset: xr.Dataset) -> Samples:
         energy=dataset["energy"].values,
         gradient=np.concatenate([dataset["moment"].values, -dataset["volume"].values], axis=1),
         hessian=dataset["hessian"].values,
+        psi=dataset["psi"].values,
         path=dataset["path"].values,
         held_out=dataset["role"].values == "held-out",
     )

@@ -9,7 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from rodmodel import Domain, SectionLaw
+from calibration.oriented import AnyLaw, law_at
+from rodmodel import Domain
 
 PRESSURES = 20_000
 # A free state is taken for unstable where its softest direction has less than this part of the median
@@ -18,8 +19,10 @@ SOFTEST = 0.03
 _STEP = 500.0  # to whole multiples of which a narrowed domain is rounded down [Pa]
 
 
-def unstable_pressures(law: SectionLaw, domain: Domain, seed: int = 0) -> Float[np.ndarray, "n 3"]:
+def unstable_pressures(law: AnyLaw, domain: Domain, seed: int = 0) -> Float[np.ndarray, "n 3"]:
     """Random pressures inside a domain at which the law has no stable free state [Pa].
+
+    A law of all orientations is tried at random ones.
 
     Where a law bends wrongly between the states that it was fitted to, it usually has no free state at all,
     or only one that is not stable.
@@ -30,12 +33,13 @@ def unstable_pressures(law: SectionLaw, domain: Domain, seed: int = 0) -> Float[
         more = rng.random((PRESSURES, 3)) * np.asarray(domain.pressure_max)
         pressure = np.concatenate([pressure, more[more.sum(axis=1) <= domain.pressure_sum_max]])
     pressure = pressure[:PRESSURES]
-    stiffness = np.asarray(_free_stiffness(law, jnp.asarray(pressure)))
+    psi = 2.0 * np.pi * rng.random(PRESSURES)
+    stiffness = np.asarray(_free_stiffness(law, jnp.asarray(pressure), jnp.asarray(psi)))
     softest = np.linalg.eigvalsh(np.where(np.isfinite(stiffness), stiffness, 0.0))[:, 0]
     return pressure[softest < SOFTEST * np.median(softest)]
 
 
-def narrowed(law: SectionLaw, domain: Domain) -> Domain:
+def narrowed(law: AnyLaw, domain: Domain) -> Domain:
     """The domain with its largest pressures lowered in proportion, until the law is stable all over it."""
     bad = unstable_pressures(law, domain)
     while len(bad):
@@ -49,9 +53,11 @@ def narrowed(law: SectionLaw, domain: Domain) -> Domain:
 
 
 @eqx.filter_jit
-def _free_stiffness(law: SectionLaw, pressure: Float[Array, "n 3"]) -> Float[Array, "n 3 3"]:
-    def one(p: Array) -> Array:
-        at = law.at(p)
+def _free_stiffness(
+    law: AnyLaw, pressure: Float[Array, "n 3"], psi: Float[Array, " n"]
+) -> Float[Array, "n 3 3"]:
+    def one(p: Array, angle: Array) -> Array:
+        at = law_at(law, angle).at(p)
         return at.stiffness(at.free_curvature)
 
-    return jax.vmap(one)(pressure)
+    return jax.vmap(one)(pressure, psi)

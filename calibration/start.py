@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from typing import TypeVar, cast
 
 import equinox as eqx
 import jax
@@ -9,7 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from rodmodel import Domain, RidgeNetwork
+from calibration.oriented import law_at
+from rodmodel import Domain, OrientedNetwork, RidgeNetwork
 
 # Pressures at which the guess is fitted, how far beyond the domain they go, and steps of the way to each.
 _PRESSURES, _BEYOND, _STEPS = 2000, 1.1, 30
@@ -65,38 +67,68 @@ def initial_law(scales: Scales, ridges: int, features: int, seed: int, symmetry:
     )
 
 
-def with_guess(law: RidgeNetwork, domain: Domain, seed: int = 0) -> RidgeNetwork:
+def initial_oriented(scales: Scales, ridges: int, features: int, seed: int) -> OrientedNetwork:
+    """A law of all orientations before training; see `initial_law`."""
+    rng = np.random.default_rng([seed, 1])
+    network = initial_law(scales, ridges, features, seed, "full")
+    return OrientedNetwork(network, jnp.asarray(0.5 * rng.standard_normal((features, 2))))
+
+
+FittedLaw = TypeVar("FittedLaw", RidgeNetwork, OrientedNetwork)
+
+
+def with_guess(law: FittedLaw, domain: Domain, seed: int = 0) -> FittedLaw:
     """The law with a guess of its free curvature, by least squares to its roots at random pressures.
 
-    The roots are followed from rest along straight rays of pressure, as a loading would.
+    The roots are followed from rest along straight rays of pressure, as a loading would; at random
+    orientations, where the law is one of all.
     """
     rng = np.random.default_rng(seed)
     pressure = _BEYOND * rng.random((_PRESSURES, 3)) * np.asarray(domain.pressure_max)
     total = pressure.sum(axis=1, keepdims=True)
     pressure *= np.minimum(1.0, _BEYOND * domain.pressure_sum_max / total)
-    roots = np.asarray(_roots(law, jnp.asarray(pressure)))
+    psi = 2.0 * np.pi * rng.random(_PRESSURES)
+    roots = np.asarray(_roots(law, jnp.asarray(pressure), jnp.asarray(psi)))
     found = np.isfinite(roots).all(axis=1)
 
-    images = law.images
-    rest = np.asarray(law.features(jnp.zeros(3)))
-    rows = np.zeros((int(found.sum()), 3, 3, law.slopes.size))
-    for turn, order in images:
-        scaled = jnp.asarray(pressure[found][:, order] / law.pressure_scale)
-        inputs = np.asarray(jax.vmap(law.features)(scaled)) - rest
-        rows += np.einsum("ji,nk->nijk", turn, inputs) / len(images)
-    target = (roots[found] / law.curvature_scale).ravel()
+    network = law.network if isinstance(law, OrientedNetwork) else law
+    rows = np.zeros((int(found.sum()), 3, 3, network.slopes.size))
+    for image, (turn, order) in enumerate(network.images):
+        scaled = jnp.asarray(pressure[found][:, order] / network.pressure_scale)
+        change = np.asarray(_changes(law, scaled, jnp.asarray(psi[found]), image))
+        rows += np.einsum("ji,nk->nijk", turn, change) / len(network.images)
+    target = (roots[found] / network.curvature_scale).ravel()
     solution = np.linalg.lstsq(rows.reshape(len(target), -1), target, rcond=1e-8)[0]
-    return replace(law, guess=jnp.asarray(solution.reshape(3, -1)))
+    guess = jnp.asarray(solution.reshape(3, -1))
+    if isinstance(law, OrientedNetwork):
+        return replace(law, network=replace(law.network, guess=guess))
+    return replace(law, guess=guess)
 
 
 @eqx.filter_jit
-def _roots(law: RidgeNetwork, pressure: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
+def _roots(law: FittedLaw, pressure: Float[Array, "n 3"], psi: Float[Array, " n"]) -> Float[Array, "n 3"]:
     """Free curvatures at the end of straight rays of pressure."""
 
-    def along(p: Array) -> Array:
+    def along(p: Array, angle: Array) -> Array:
+        section = cast(RidgeNetwork, law_at(law, angle))
+
         def step(start: Array, share: Array) -> tuple[Array, None]:
-            return replace(law.contracted(share * p), free_curvature=start).settled().free_curvature, None
+            at = replace(section.contracted(share * p), free_curvature=start)
+            return at.settled().free_curvature, None
 
         return jax.lax.scan(step, jnp.zeros(3), jnp.arange(1, _STEPS + 1) / _STEPS)[0]
 
-    return jax.vmap(along)(pressure)
+    return jax.vmap(along)(pressure, psi)
+
+
+@eqx.filter_jit
+def _changes(
+    law: FittedLaw, scaled: Float[Array, "n 3"], psi: Float[Array, " n"], image: int
+) -> Float[Array, "n inputs"]:
+    """h(q) − h(0) of an image."""
+
+    def one(q: Array, angle: Array) -> Array:
+        section = cast(RidgeNetwork, law_at(law, angle))
+        return section.features(q, image) - section.features(0.0 * q, image)
+
+    return jax.vmap(one)(scaled, psi)

@@ -4,7 +4,8 @@ from rodmodel._end_zone import End, EndZone
 from rodmodel._equilibria import Adaptive, FixedStep
 from rodmodel._inverse import Inverse
 from rodmodel._jacobian import Jacobian, PoseDerivative
-from rodmodel._load import CalibrationNotFoundError, load, shipped_calibrations
+from rodmodel._load import CalibrationNotFoundError, load, load_oriented, shipped_calibrations
+from rodmodel._oriented_rod import OrientedRod
 from rodmodel._predictor import Predictor
 from rodmodel._record import CalibrationFileError
 from rodmodel._rod import Rod
@@ -22,6 +23,7 @@ from rodmodel.section import (
     FreeStateExpansion,
     LinearLaw,
     MirroredLaw,
+    OrientedNetwork,
     QuarticLaw,
     RidgeLaw,
     RidgeNetwork,
@@ -47,6 +49,8 @@ __all__ = [
     "Layout",
     "LinearLaw",
     "MirroredLaw",
+    "OrientedNetwork",
+    "OrientedRod",
     "PoseDerivative",
     "Predictor",
     "QuarticLaw",
@@ -57,6 +61,7 @@ __all__ = [
     "Solution",
     "TurnedLaw",
     "load",
+    "load_oriented",
     "read_calibration",
     "save_calibration",
     "shipped_calibrations",

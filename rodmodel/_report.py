@@ -122,7 +122,7 @@ def calibration_record(calibration: Calibration) -> dict[str, Any]:
     angle = calibration.error["free_bending_angle_rad"]
     return {
         "layout": layout.name,
-        "psi_deg": math.degrees(layout.psi),
+        "psi_deg": None if layout.psi is None else math.degrees(layout.psi),
         "psi_mirrored_deg": None if layout.mirrored_psi is None else math.degrees(layout.mirrored_psi),
         "psi_step_deg": math.degrees(layout.symmetry),
         "pitch_mm": 1e3 * layout.pitch,
@@ -139,6 +139,8 @@ def calibration_record(calibration: Calibration) -> dict[str, Any]:
 
 def layout_text(record: dict[str, Any]) -> str:
     """Layout and the orientations that its calibration serves, of the calibration's record."""
+    if record["psi_deg"] is None:
+        return f"{record['layout']}, pitch {record['pitch_mm']:g} mm, any psi"
     psi, mirrored = f"psi {record['psi_deg']:g}", record["psi_mirrored_deg"]
     if mirrored is not None:
         psi += f" and {mirrored:g}"

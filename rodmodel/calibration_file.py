@@ -1,7 +1,7 @@
 """The calibration file: what crosses from the FEM to the rod, as one JSON object.
 
     {"schema": "rodmodel-calibration", "version": 1,
-     "layout": {"name", "psi_rad", "pitch_m"},
+     "layout": {"name", "psi_rad" (null where the law is one of all orientations), "pitch_m"},
      "actuator": {"body_length_m", "cap_length_m", "body_diameter_m",
                   "mass_per_length_kg_per_m", "cap_mass_kg"},
      "section_law": {"kind", "pressure_scale_pa", "curvature_scale_per_m", "energy_scale_n", "rest_volume_m2",
@@ -12,8 +12,9 @@
      "provenance": {...}}
 
 The law's kind is "ridge-network", with "ridge_slope", "symmetry" and, by name, the arrays of `RidgeNetwork`;
-or "free-state-expansion", with "pressure_warp_pa" (number or null), "mirror", "weights" (one matrix a layer)
-and "biases" (one vector a layer). `error` may hold further quantities and `provenance` is free; both come
+or "oriented-ridge-network", the same with "orientation_weights" of `OrientedNetwork`; or
+"free-state-expansion", with "pressure_warp_pa" (number or null), "mirror", "weights" (one matrix a layer) and
+"biases" (one vector a layer). `error` may hold further quantities and `provenance` is free; both come
 back as they were written.
 """
 
@@ -29,11 +30,11 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
 
 from rodmodel._record import CalibrationFileError, Record
-from rodmodel.section import FreeStateExpansion, RidgeNetwork
+from rodmodel.section import FreeStateExpansion, OrientedNetwork, RidgeNetwork
 
 SCHEMA = "rodmodel-calibration"
 VERSION = 1
-RIDGES, EXPANSION = "ridge-network", "free-state-expansion"
+RIDGES, ORIENTED, EXPANSION = "ridge-network", "oriented-ridge-network", "free-state-expansion"
 RIDGE_SLOPE = "(1 + z^2)^-2"
 _ARRAYS = {
     "feature_weights": 2,
@@ -50,13 +51,15 @@ _ARRAYS = {
 _SLACK = 1.0 + 1e-6
 _SAME = 1e-9  # but for the rounding of a change of units [rad]
 
+FileLaw = FreeStateExpansion | OrientedNetwork | RidgeNetwork
+
 
 @dataclass(frozen=True)
 class Layout:
-    """Winding layout: its name, orientation ψ [rad] and pitch [m]."""
+    """Winding layout: its name, orientation ψ [rad], None for a law of all, and pitch [m]."""
 
     name: str
-    psi: float
+    psi: float | None
     pitch: float
 
     @property
@@ -72,7 +75,7 @@ class Layout:
     @property
     def mirrored_psi(self) -> float | None:
         """ψ of the mirror image y → −y, from 0 to `symmetry` [rad]; None where it is the section itself."""
-        if abs(math.remainder(2.0 * self.psi, self.symmetry)) < _SAME:
+        if self.psi is None or abs(math.remainder(2.0 * self.psi, self.symmetry)) < _SAME:
             return None
         return -self.psi % self.symmetry
 
@@ -124,7 +127,7 @@ class Calibration:
 
     layout: Layout
     actuator: Actuator
-    section_law: FreeStateExpansion | RidgeNetwork
+    section_law: FileLaw
     domain: Domain
     error: Mapping[str, Any]
     provenance: Mapping[str, Any]
@@ -154,7 +157,11 @@ def read_calibration(path: str | Path) -> Calibration:
     for figure in ("median", "p95", "worst"):
         angle.not_negative(figure)
     return Calibration(
-        layout=Layout(layout.text("name"), layout.number("psi_rad"), layout.positive("pitch_m")),
+        layout=Layout(
+            layout.text("name"),
+            None if layout.content.get("psi_rad", 0.0) is None else layout.number("psi_rad"),
+            layout.positive("pitch_m"),
+        ),
         actuator=Actuator(
             body_length=actuator.positive("body_length_m"),
             cap_length=actuator.not_negative("cap_length_m"),
@@ -204,7 +211,10 @@ def save_calibration(calibration: Calibration, path: str | Path) -> None:
     Path(path).write_text(json.dumps(content, allow_nan=False) + "\n", encoding="utf-8")
 
 
-def _law_record(law: FreeStateExpansion | RidgeNetwork) -> dict[str, Any]:
+def _law_record(law: FileLaw) -> dict[str, Any]:
+    if isinstance(law, OrientedNetwork):
+        weights = np.asarray(law.orientation_weights).tolist()
+        return {**_law_record(law.network), "kind": ORIENTED, "orientation_weights": weights}
     scales = {
         "pressure_scale_pa": law.pressure_scale,
         "curvature_scale_per_m": law.curvature_scale,
@@ -224,8 +234,9 @@ def _law_record(law: FreeStateExpansion | RidgeNetwork) -> dict[str, Any]:
     }
 
 
-def _read_law(record: Record) -> FreeStateExpansion | RidgeNetwork:
-    kind = record.take("kind", f'"{RIDGES}" or "{EXPANSION}"', lambda value: value in (RIDGES, EXPANSION))
+def _read_law(record: Record) -> FileLaw:
+    kinds = (RIDGES, ORIENTED, EXPANSION)
+    kind = record.take("kind", " or ".join(f'"{kind}"' for kind in kinds), lambda value: value in kinds)
     scales = {
         "pressure_scale": record.positive("pressure_scale_pa"),
         "curvature_scale": record.positive("curvature_scale_per_m"),
@@ -233,7 +244,12 @@ def _read_law(record: Record) -> FreeStateExpansion | RidgeNetwork:
         "rest_volume": record.positive("rest_volume_m2"),
     }
     try:
-        return _read_ridge_network(record, scales) if kind == RIDGES else _read_expansion(record, scales)
+        if kind == EXPANSION:
+            return _read_expansion(record, scales)
+        network = _read_ridge_network(record, scales)
+        if kind == RIDGES:
+            return network
+        return OrientedNetwork(network, jnp.asarray(record.array("orientation_weights", 2)))
     except CalibrationFileError:
         raise
     except ValueError as error:

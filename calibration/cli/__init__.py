@@ -164,26 +164,34 @@ def _fit(options: argparse.Namespace, command: str) -> int:
 def _report(options: argparse.Namespace, command: str) -> int:
     from calibration.dataset import attributes
     from calibration.pipeline import compare_candidates, judge
-    from rodmodel import read_calibration
+    from rodmodel import SectionLaw, read_calibration
 
     dataset, _ = _dataset(options)
     try:
         calibration = read_calibration(options.file)
     except ValueError as error:
         raise BadInputError(str(error)) from error
-    length = attributes(dataset)["geometry"]["body_length"]
+    law, run = calibration.section_law, attributes(dataset)
+    if isinstance(law, SectionLaw) and "orientations" in run:
+        raise BadInputError(
+            f"dataset: {options.dataset} holds sections of many orientations, expected those of the one of "
+            f"{options.file}"
+        )
+    length = run["geometry"]["body_length"]
     figures = None if options.figures is None else Path(options.figures)
     try:
-        found = judge(calibration.section_law, dataset, calibration.domain, length, figures)
+        found = judge(law, dataset, calibration.domain, length, figures)
     except OSError as error:
         raise BadInputError(
             f"--figures: got {figures} ({error.strerror}), expected a writable directory"
         ) from error
     answer: dict[str, Any] = {"error": found}
     if options.compare:
-        table = compare_candidates(
-            calibration.section_law, dataset, calibration.domain, length, options.iterations, options.seed
-        )
+        if not isinstance(law, SectionLaw):
+            raise BadInputError(
+                f"--compare: got {options.file}, a law of all orientations, expected one of a single one"
+            )
+        table = compare_candidates(law, dataset, calibration.domain, length, options.iterations, options.seed)
         answer["comparison"] = table
     _tell(options, answer, found)
     if options.compare and not options.json:

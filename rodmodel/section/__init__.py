@@ -3,6 +3,7 @@
 from rodmodel.section._free_state_expansion import FreeStateExpansion
 from rodmodel.section._law import CurvatureLaw, SectionLaw
 from rodmodel.section._linear import LinearLaw
+from rodmodel.section._oriented_network import OrientedNetwork
 from rodmodel.section._quartic import QuarticLaw
 from rodmodel.section._ridge_network import SYMMETRIES, RidgeNetwork
 from rodmodel.section._ridges import RidgeLaw
@@ -14,6 +15,7 @@ __all__ = [
     "FreeStateExpansion",
     "LinearLaw",
     "MirroredLaw",
+    "OrientedNetwork",
     "QuarticLaw",
     "RidgeLaw",
     "RidgeNetwork",

@@ -37,7 +37,7 @@ class RidgeNetwork(SectionLaw):
 
     Attributes
     ----------
-    feature_weights, feature_biases : W and w.
+    feature_weights, feature_biases : W and w; the images may have a w each, (images, features).
     directions, mixing, offsets, weights : d, e, b and c.
     factor : lower triangle of L by rows, entries 11, 21, 22, 31, 32, 33. Far from all ridges the section has
         the stiffness L Lᵀ, and is stable.
@@ -52,7 +52,7 @@ class RidgeNetwork(SectionLaw):
     """
 
     feature_weights: Float[Array, "_ _"]
-    feature_biases: Float[Array, " _"]
+    feature_biases: Float[Array, " _"] | Float[Array, "_ _"]
     directions: Float[Array, "_ _"]
     mixing: Float[Array, "_ _"]
     offsets: Float[Array, " _"]
@@ -68,7 +68,7 @@ class RidgeNetwork(SectionLaw):
 
     def __check_init__(self) -> None:
         """Refuse arrays that do not fit together, an unknown symmetry, and impossible scales."""
-        features, ridges = self.feature_biases.shape[0], self.offsets.shape[0]
+        features, ridges = self.feature_biases.shape[-1], self.offsets.shape[0]
         expected = {
             "feature_weights": (features, 3),
             "directions": (ridges, 3),
@@ -86,6 +86,11 @@ class RidgeNetwork(SectionLaw):
                 )
         if self.symmetry not in SYMMETRIES:
             raise ValueError(f"symmetry: got {self.symmetry!r}, expected one of {', '.join(SYMMETRIES)}")
+        if self.feature_biases.ndim == 2 and len(self.feature_biases) != len(self.images):
+            raise ValueError(
+                f"feature_biases: got {len(self.feature_biases)} rows, expected one, or {len(self.images)}: "
+                "one for each image"
+            )
         for name in ("pressure_scale", "curvature_scale", "energy_scale", "rest_volume"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0):
@@ -105,11 +110,12 @@ class RidgeNetwork(SectionLaw):
         share = 1.0 / len(self.images)
         still, rest = as_data(_at_rest, self)
         offsets, value, free = [], still.pop("constant"), jnp.zeros(3, self.offsets.dtype)
-        for turn, order in self.images:
-            inputs = self.features(pressure[order] / self.pressure_scale)
+        for image, (turn, order) in enumerate(self.images):
+            inputs = self.features(pressure[order] / self.pressure_scale, image)
+            change = inputs - rest[image]
             offsets.append(self.mixing @ inputs + self.offsets)
-            value = value + share * jnp.sum((inputs - rest) * self.slopes)
-            free = free + self.curvature_scale * share * (self.guess @ (inputs - rest)) @ turn
+            value = value + share * jnp.sum(change * self.slopes)
+            free = free + self.curvature_scale * share * (self.guess @ change) @ turn
         value = value - self.rest_volume / self.energy_scale * jnp.sum(pressure)
         return RidgeLaw(
             **still,
@@ -132,26 +138,29 @@ class RidgeNetwork(SectionLaw):
         """See `SectionLaw.stiffness`; does not seek the free curvature."""
         return self.contracted(pressure).stiffness(curvature)
 
-    def features(self, inputs: Float[Array, "3"]) -> Float[Array, " inputs"]:
-        """h(q) of scaled pressures."""
-        hidden = jnp.tanh(self.feature_weights @ inputs + self.feature_biases)
+    def features(self, inputs: Float[Array, "3"], image: int = 0) -> Float[Array, " inputs"]:
+        """h(q) of scaled pressures, those of an image."""
+        biases = self.feature_biases if self.feature_biases.ndim == 1 else self.feature_biases[image]
+        hidden = jnp.tanh(self.feature_weights @ inputs + biases)
         return jnp.concatenate([inputs, hidden])
 
 
 def _at_rest(law: RidgeNetwork) -> tuple[dict[str, Any], Any]:
-    """What does not move with the pressures: leaves of the contracted law, and h(0)."""
+    """What does not move with the pressures: leaves of the contracted law, and h(0) of each image."""
     xp: Any = np if isinstance(law.offsets, np.ndarray) else jnp
     turns = np.array([turn for turn, _ in law.images], law.offsets.dtype)
     share = 1.0 / len(turns)
-    rest = xp.concatenate([0.0 * law.factor[:3], xp.tanh(law.feature_biases)])
-    offsets = law.mixing @ rest + law.offsets
+    hidden = xp.tanh(xp.broadcast_to(law.feature_biases, (len(turns), law.feature_biases.shape[-1])))
+    rest = xp.concatenate([xp.zeros((len(turns), 3), law.offsets.dtype), hidden], axis=1)
+    offsets = rest @ law.mixing.T + law.offsets
+    bend = (law.weights * ridge_slope(offsets)) @ law.directions
     a, b, c, d, e, f = law.factor
     lower = xp.stack([xp.stack(row) for row in ((a, 0.0 * a, 0.0 * a), (b, c, 0.0 * a), (d, e, f))])
     directions = xp.concatenate([law.directions @ turn for turn in turns])
     pairs, triples = powers(directions)
     leaves = {
-        "constant": -law.weights @ ridge(offsets),
-        "slope": -share * turns.sum(axis=0).T @ ((law.weights * ridge_slope(offsets)) @ law.directions),
+        "constant": -share * (ridge(offsets) @ law.weights).sum(),
+        "slope": -share * xp.einsum("gji,gj->i", turns, bend),
         "quadratic": share * xp.einsum("gji,jk,gkl->il", turns, lower @ lower.T, turns),
         "directions": directions,
         "pairs": pairs,

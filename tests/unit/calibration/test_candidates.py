@@ -32,7 +32,9 @@ def states():
     value, gradient, hessian = (
         np.asarray(jax.jit(jax.vmap(f))(y)) for f in (quartic, jax.grad(quartic), jax.hessian(quartic))
     )
-    return Samples(y[:, 3:], y[:, :3], value, gradient, hessian, np.full(n, "a"), np.zeros(n, dtype=bool))
+    return Samples(
+        y[:, 3:], y[:, :3], value, gradient, hessian, np.zeros(n), np.full(n, "a"), np.zeros(n, dtype=bool)
+    )
 
 
 def derivatives_at(law, states):

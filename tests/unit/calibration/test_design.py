@@ -94,3 +94,18 @@ def test_the_edge_is_where_the_first_limit_is_met(direction, limit):
 def test_impossible_designs_are_refused(number, step, named):
     with pytest.raises(ValueError, match=named):
         design_paths(DOMAIN, number, seed=0, pressure_step=step)
+
+
+def test_paths_on_windings_of_their_own_spread_evenly_over_the_orientations():
+    low, high = 0.0, np.pi / 6.0
+    paths = design_paths(DOMAIN, 120, seed=3, mirror=False, orientations=(low, high))
+    for role in ("train", "held-out"):
+        psi = np.sort([path.psi for path in paths if path.role == role])
+        assert low <= psi[0] < psi[-1] <= high
+        # The largest gap of n uniform random places is about ln(n)/n of the range.
+        assert np.diff([low, *psi, high]).max() < 3.0 * np.log(len(psi)) / len(psi) * (high - low)
+    # Ends of the range are planes of symmetry, and are trained on.
+    assert {low, high} <= {path.psi for path in paths}
+    singles = [p for p in paths if p.role == "train" and np.count_nonzero(p.loads[-1].pressure) == 1]
+    assert len({path.psi for path in singles}) >= 9
+    assert all(path.psi is None for path in design_paths(DOMAIN, 12, seed=3))

@@ -45,6 +45,7 @@ def states():
         energy=np.zeros(n),
         gradient=np.concatenate([moment, np.full((n, 3), -15e-6)], axis=1),
         hessian=hessian,
+        psi=np.zeros(n),
         path=np.array(["a", "b"] * (n // 2)),
         held_out=np.ones(n, dtype=bool),
     )
@@ -115,7 +116,11 @@ def test_a_law_without_equilibrium_counts_as_infinitely_far_off(states):
 
 def test_equilibria_are_found_to_the_stated_tolerance(states):
     curvature, found = equilibrium(
-        linear_law(), jnp.asarray(states.pressure), jnp.asarray(states.moment), jnp.zeros_like(states.moment)
+        linear_law(),
+        jnp.asarray(states.pressure),
+        jnp.asarray(states.moment),
+        jnp.zeros_like(states.moment),
+        jnp.asarray(states.psi),
     )
     assert found.all()
     assert np.asarray(curvature) == pytest.approx(states.curvature, abs=1e-8 * 10)

@@ -15,7 +15,7 @@ from calibration.error import figures
 from calibration.fit import fit, mean_square
 from calibration.pipeline import fit_and_judge, symmetry_of
 from calibration.samples import metric
-from calibration.start import Scales, initial_law, with_guess
+from calibration.start import Scales, initial_law, initial_oriented, with_guess
 from rodmodel import Domain, SectionLaw
 
 LENGTH = 0.06
@@ -172,3 +172,16 @@ def test_held_out_states_do_not_train(dataset):
 def test_figures_of_a_fit_can_be_found_again(dataset, samples):
     outcome = fit_and_judge(dataset, **SHORT)
     assert figures(outcome.law, samples.where(samples.held_out), LENGTH) == outcome.error
+
+
+def test_a_law_of_all_orientations_is_fitted_to_states_of_several(some):
+    """States at ψ and, turned by 120°, at ψ + 120° are one section: residuals are the same, and fall."""
+    law = initial_oriented(SCALES, ridges=4, features=4, seed=0)
+    states = replace(some, psi=np.full(len(some), 0.2))
+    loss = loss_of(law, states)
+    assert loss_of(law, replace(states, psi=states.psi + np.pi)) == pytest.approx(loss, rel=1e-9)
+    assert abs(loss_of(law, replace(states, psi=states.psi + 0.5)) / loss - 1.0) > 1e-3
+    outcome = fit(law, states, scales_of(states), iterations=5)
+    assert outcome.loss < 0.3 * loss
+    guessed = with_guess(outcome.law, DOMAIN)
+    assert np.abs(guessed.network.guess).max() > 0.0

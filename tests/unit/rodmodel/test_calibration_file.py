@@ -101,7 +101,12 @@ def changed(content: dict[str, Any], keys: str, value: Any) -> dict[str, Any]:
         ("layout.psi_rad", "zero", "'zero'", "a finite number"),
         ("actuator.body_length_m", -0.06, "-0.06", "a positive number"),
         ("actuator.cap_mass_kg", True, "True", "zero or a positive number"),
-        ("section_law.kind", "spline", "'spline'", '"ridge-network" or "free-state-expansion"'),
+        (
+            "section_law.kind",
+            "spline",
+            "'spline'",
+            '"ridge-network" or "oriented-ridge-network" or "free-state-expansion"',
+        ),
         ("section_law.mirror", 1, "1", "true or false"),
         ("section_law.pressure_warp_pa", -1.0, "-1.0", "a positive number or null"),
         ("section_law.weights", None, "nothing", "a list of matrices of finite numbers"),

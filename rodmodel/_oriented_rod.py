@@ -1,0 +1,40 @@
+"""Rods of all orientations of a winding, of which ψ is an argument."""
+
+from typing import final
+
+import equinox as eqx
+from jaxtyping import ArrayLike, Float
+
+from rodmodel._rod import Rod
+from rodmodel.calibration_file import Actuator, Domain
+from rodmodel.section import OrientedNetwork
+
+
+@final
+class OrientedRod(eqx.Module):
+    """Actuators that differ in the orientation ψ of their winding alone; `rodmodel.load_oriented` makes it.
+
+    Attributes
+    ----------
+    section : laws of the sections of all orientations.
+    actuator : lengths and masses.
+    domain : the loads within which the sections were calibrated.
+    angle_error : 95th percentile of the error of the free-bending angle on held-out states [rad].
+    """
+
+    section: OrientedNetwork
+    actuator: Actuator = eqx.field(static=True)
+    domain: Domain = eqx.field(static=True)
+    angle_error: float = eqx.field(static=True)
+
+    def at_psi(self, psi: Float[ArrayLike, ""]) -> Rod:
+        """Rod of the winding at an orientation.
+
+        What the rod predicts can be differentiated by ψ and mapped over it, like a pressure:
+        ``jax.grad(lambda psi: rods.at_psi(psi).solve(pressure).bending_angle)``.
+
+        Parameters
+        ----------
+        psi : azimuth of a crossing of the winding from the centre of chamber 1 [rad].
+        """
+        return Rod(self.section.at_psi(psi), self.actuator, self.domain, self.angle_error)

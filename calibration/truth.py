@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from jaxtyping import Bool
 
 from calibration.provenance import code_version, today
 from calibration.truth_cases import TruthCase, cases
@@ -116,7 +117,27 @@ def gather(directory: Path, chosen: Sequence[TruthCase] | None = None) -> xr.Dat
     ):
         data[name] = (("state",), np.array(values, dtype=object))
     coords = {"station": ("station", STATIONS, {"units": "m"})}
-    return xr.Dataset(data, coords=coords, attrs={"runs": json.dumps(provenance)})
+    meshes = {note["mesh"] for note in provenance.values()}
+    if len(meshes) > 1:
+        raise TruthError(f"truth: got runs on the meshes {', '.join(sorted(meshes))}, expected one mesh")
+    attrs = {"runs": json.dumps(provenance), "mesh": meshes.pop()}
+    return xr.Dataset(data, coords=coords, attrs=attrs)
+
+
+def free_states(truth: xr.Dataset) -> Bool[np.ndarray, " states"]:
+    """Which states carry neither a tip force nor gravity, and are on the loading branch."""
+    loaded = truth["tip_force"].values.any(axis=1) | truth["gravity"].values.any(axis=1)
+    return ~loaded & on_loading_branch(truth)
+
+
+def on_loading_branch(truth: xr.Dataset) -> Bool[np.ndarray, " states"]:
+    """Which states lie before the first jump of their case, and are stable as far as that is known."""
+    left = (truth["jumped"].values != 0) | (truth["stable"].values == 0)
+    gone = np.zeros(len(left), dtype=bool)
+    for name in np.unique(truth["case"].values):
+        own = truth["case"].values == name
+        gone[own] = np.maximum.accumulate(left[own])
+    return ~gone
 
 
 def _at_stations(axis: dict[str, Any]) -> np.ndarray:

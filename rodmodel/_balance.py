@@ -75,12 +75,12 @@ class Equilibrium(eqx.Module):
         free = self.law.free_curvature
         if self.zone is None:
             return free
-        return free * self.zone.factors(0.0 * free[0], self.actuator.body_length).free
+        return free * self.zone.factors(0.0 * free[0], self.actuator.bending_length).free
 
     def base_stiffness(self) -> Symmetric:
         """Tangent stiffness of the section at the base at its free curvature [N m²]."""
         free = triple(self.base_curvature())
-        return section_state(self.law, self.zone, free, 0.0 * free[0], self.actuator.body_length).stiffness
+        return section_state(self.law, self.zone, free, 0.0 * free[0], self.actuator.bending_length).stiffness
 
     @eqx.filter_jit
     def turn_rate(self, fraction: Scalar, state: State, follower: Triple | None) -> Triple:
@@ -94,7 +94,7 @@ class Equilibrium(eqx.Module):
             section = self._section(fraction, state.turn)
         force = into_body(state.quaternion, self._force(fraction, follower))
         torque = self._torque(section, u, force)
-        return combine((self.actuator.body_length**2, apply(inverse(section.stiffness), torque)))
+        return combine((self.actuator.bending_length**2, apply(inverse(section.stiffness), torque)))
 
     @eqx.filter_jit
     def linearised_rate(
@@ -109,7 +109,7 @@ class Equilibrium(eqx.Module):
 
         δθ' = δu − u × δθ,   K δu' = −δu × m − u × K δu − e₃ × (Rᵀn × δθ + Rᵀδn) − δ(∂m/∂s) − δK u'
         """
-        length = self.actuator.body_length
+        length = self.actuator.bending_length
         section = self._section(fraction, state.turn)
         u = self._curvature(state.turn)
         force = into_body(state.quaternion, self._force(fraction, follower))
@@ -163,7 +163,7 @@ class Equilibrium(eqx.Module):
         variations: list[Variation],
         follower_variations: list[Triple | None],
     ) -> tuple[tuple[Triple, ...], list[tuple[Triple, ...]]]:
-        length, cap, loads = self.actuator.body_length, self.actuator.cap_length, self.loads
+        length, cap, loads = self.actuator.bending_length, self.actuator.tip_length, self.loads
         q = state.quaternion
         section = self._section(state.turn[0] * 0.0 + 1.0, state.turn)
         moment = into_body(q, triple(loads.end_moment))
@@ -210,7 +210,7 @@ class Equilibrium(eqx.Module):
         self, fraction: Float[Array, ""], force: Float[Array, "3"], turn: Float[Array, "3"]
     ) -> Float[Array, "3"]:
         """Derivative of u L by s/L under a force Rᵀn [N] on the section: `turn_rate`, in arrays."""
-        length, u = self.actuator.body_length, turn / self.actuator.body_length
+        length, u = self.actuator.bending_length, turn / self.actuator.bending_length
         factors = None if self.zone is None else self.zone.factors(fraction * length, length)
         free = self.law.free_curvature
         curvature = u if factors is None else u + (1.0 - factors.free) * free
@@ -229,13 +229,13 @@ class Equilibrium(eqx.Module):
         follower: Float[Array, "3"] | None,
     ) -> Float[Array, " n"]:
         """Imbalance at the end of the body: `end_imbalance`, in arrays."""
-        length, loads = self.actuator.body_length, self.loads
+        length, loads = self.actuator.bending_length, self.loads
         curvature = turn / length
         moment = self.law.moment(curvature)
         if self.zone is not None:
             at = self.zone.factors(jnp.asarray(length, turn.dtype), length)
             moment = at.stiffness * self.law.moment(curvature + (1.0 - at.free) * self.law.free_curvature)
-        lever = loads.lever if follower is None else loads.lever + self.actuator.cap_length * follower
+        lever = loads.lever if follower is None else loads.lever + self.actuator.tip_length * follower
         balance = moment - rotation.T @ loads.end_moment - loads.follower_moment
         balance = balance - _axis_cross(rotation.T @ lever)
         if follower is None or loads.follower_force is None:
@@ -243,10 +243,10 @@ class Equilibrium(eqx.Module):
         return jnp.concatenate([balance, rotation.T @ follower - loads.follower_force])
 
     def _curvature(self, turn: Triple) -> Triple:
-        return combine((1.0 / self.actuator.body_length, turn))
+        return combine((1.0 / self.actuator.bending_length, turn))
 
     def _section(self, fraction: Scalar, turn: Triple) -> SectionState:
-        length = self.actuator.body_length
+        length = self.actuator.bending_length
         return section_state(self.law, self.zone, self._curvature(turn), fraction * length, length)
 
     def _force(self, fraction: Scalar, follower: Triple | None) -> Triple:

@@ -122,7 +122,7 @@ def follow(
     reached : where the full load cannot be reached, because the rod would buckle or snap on the way or the
         steps become too small, the equilibrium at the largest fraction of it that was.
     """
-    law, length = equilibrium.law, equilibrium.actuator.body_length
+    law, length = equilibrium.law, equilibrium.actuator.bending_length
     dtype = law.free_curvature.dtype
     # A force that turns the end by about one, so that all unknowns are numbers near one.
     force_scale = law.expand(triple(law.free_curvature)).stiffness[0] / length**2
@@ -206,7 +206,7 @@ def _begin(
     equilibrium: Equilibrium, start: Float[Array, " n"] | None, steps: int, warm: Bool[Array, ""] | None
 ) -> _Progress:
     """Free shape, of which only the curvature is needed."""
-    n, length = equilibrium.unknowns, equilibrium.actuator.body_length
+    n, length = equilibrium.unknowns, equilibrium.actuator.bending_length
     free = equilibrium.law.free_curvature
     dtype = free.dtype
     fractions = jnp.asarray(np.arange(steps + 1) / steps, dtype)
@@ -254,7 +254,7 @@ def _first_slope(equilibrium: Equilibrium, free: Nodes) -> Float[Array, " n"]:
     It is what the loads' moment about the base does there, with the rod in its free shape.
     """
     loads, actuator = equilibrium.loads, equilibrium.actuator
-    positions = actuator.body_length * free.positions
+    positions = actuator.bending_length * free.positions
     w, x, y, z = free.quaternions[-1]
     none = jnp.zeros_like(w)
     frame, end = (w, x, y, z), triple(positions[-1])
@@ -270,10 +270,10 @@ def _first_slope(equilibrium: Equilibrium, free: Nodes) -> Float[Array, " n"]:
     forces: tuple[Scalar, ...] = ()
     if loads.follower_force is not None:
         pulled = out_of_body(frame, triple(loads.follower_force))
-        arm = combine((1.0, end), (actuator.cap_length, axis))
+        arm = combine((1.0, end), (actuator.tip_length, axis))
         moment = combine((1.0, moment), (1.0, cross(arm, pulled)))
         forces = pulled
-    turn = combine((actuator.body_length, apply(inverse(equilibrium.base_stiffness()), moment)))
+    turn = combine((actuator.bending_length, apply(inverse(equilibrium.base_stiffness()), moment)))
     slope = jnp.stack([*turn, *forces])
     return jnp.where(jnp.all(jnp.isfinite(slope)), slope, 0.0)
 

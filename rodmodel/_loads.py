@@ -62,11 +62,14 @@ def resultants(loads: Loads, actuator: Actuator, dtype: jnp.dtype) -> Resultants
         return jnp.zeros(3, dtype) if load is None else load
 
     force, gravity = given(loads.tip_force), given(loads.gravity)
-    length, cap = actuator.body_length, actuator.cap_length
+    stiff, cap = actuator.stiff_tip, actuator.cap_mass * gravity
+    per_length = actuator.mass_per_length * gravity + given(loads.distributed_force)
     return Resultants(
-        end_force=force + actuator.cap_mass * gravity,
-        body_force=length * (actuator.mass_per_length * gravity + given(loads.distributed_force)),
-        lever=cap * (force + 0.5 * actuator.cap_mass * gravity),
+        end_force=force + cap + stiff * per_length,
+        body_force=actuator.bending_length * per_length,
+        lever=actuator.tip_length * force
+        + (stiff + 0.5 * actuator.cap_length) * cap
+        + 0.5 * stiff**2 * per_length,
         end_moment=given(loads.tip_moment),
         follower_moment=given(loads.follower_moment),
         follower_force=loads.follower_force,

@@ -192,7 +192,7 @@ def _row(rod: Any, names: tuple[str, ...], solver: FixedStep, row: Any, jacobian
     parts = [row[3 * k : 3 * k + 3] for k in range(len(names) + 2)]
     good = jnp.all(jnp.isfinite(row[:-3])) & jnp.all(parts[0] >= 0.0)
     pressure, *given = (jnp.where(good, part, 0.0) for part in parts[:-1])
-    actuator, length = rod.actuator, rod.actuator.body_length
+    actuator, length = rod.actuator, rod.actuator.bending_length
     loads = resultants(Loads(**dict(zip(names, given, strict=True))), actuator, row.dtype)
     tolerance = _TOLERANCE if solver.tolerance is None else solver.tolerance
 
@@ -203,7 +203,7 @@ def _row(rod: Any, names: tuple[str, ...], solver: FixedStep, row: Any, jacobian
         rotations = jax.vmap(rotation_of)(reached.nodes.quaternions)
         position, last = length * reached.nodes.positions[-1], rotations[-1]
         angle, plane = bending(rotations[:, :, 2], position)
-        tip = position + actuator.cap_length * last[:, 2]
+        tip = position + actuator.tip_length * last[:, 2]
         converged = (reached.load_fraction == 1.0) & (reached.outcome == CONVERGED)
         flags = jnp.stack([converged, reached.stable]).astype(row.dtype)
         answer = [tip, last.ravel(), jnp.stack([angle, plane]), reached.unknown, flags]
@@ -214,6 +214,8 @@ def _row(rod: Any, names: tuple[str, ...], solver: FixedStep, row: Any, jacobian
         return jnp.concatenate(answer)
 
     found = one_kernel(answer_of, pressure, loads, parts[-1])
+    if actuator.stiff_base:
+        found = found.at[2].add(actuator.stiff_base)
     in_domain = rod.domain.covers_pressure(pressure)
     flags = jnp.where(good, jnp.append(found[17:19], in_domain.astype(row.dtype)), 0.0)
     derivatives = jnp.where(good, found[19:], jnp.nan)
@@ -233,12 +235,12 @@ def _tip_jacobian(equilibrium: Equilibrium, law_by_pressure: Any, unknown: Any, 
         )
         loads = equilibrium.loads
         loads = loads._replace(
-            end_force=loads.end_force + change[6:], lever=loads.lever + actuator.cap_length * change[6:]
+            end_force=loads.end_force + change[6:], lever=loads.lever + actuator.tip_length * change[6:]
         )
         moved = Equilibrium(law, equilibrium.zone, loads, actuator)
         nodes, imbalance = march(moved, unknown + change[:3], steps)
         rotation = rotation_of(nodes.quaternions[-1])
-        position = actuator.body_length * nodes.positions[-1] + actuator.cap_length * rotation[:, 2]
+        position = actuator.bending_length * nodes.positions[-1] + actuator.tip_length * rotation[:, 2]
         return (position, rotation, imbalance), rotation
 
     (position, rotation, imbalance), at = jax.jacfwd(tip, has_aux=True)(jnp.zeros(9, unknown.dtype))

@@ -275,7 +275,7 @@ class Rod(eqx.Module):
 
         law = self.section.at(pressure)
         shape, reached = _equilibrium_shape(law, loads, self.actuator, self.end_zone, start, solver)
-        length = self.actuator.body_length
+        length = self.actuator.bending_length
 
         def moment(s: Float[Array, ""], curvature: Float[Array, "3"]) -> Float[Array, "3"]:
             return jnp.stack(section_state(law, self.end_zone, triple(curvature), s, length).moment)
@@ -286,7 +286,8 @@ class Rod(eqx.Module):
         in_domain = good & pressure_in_domain & jnp.all(covered)
         positions, rotations = shape.poses()
         angle, plane = bending(rotations[:, :, 2], positions[-1])
-        tip_position = positions[-1] + self.actuator.cap_length * rotations[-1, :, 2]
+        tip_position = positions[-1] + self.actuator.tip_length * rotations[-1, :, 2]
+        tip_position = tip_position.at[2].add(self.actuator.stiff_base)
         tip_rotation = rotations[-1]
         if base_rotation is not None:
             tip_position, tip_rotation = base_rotation @ tip_position, base_rotation @ tip_rotation
@@ -314,7 +315,8 @@ class Rod(eqx.Module):
             unknown=reached.unknown,
             base_position=base_position,
             base_rotation=base_rotation,
-            cap_length=self.actuator.cap_length,
+            stiff_base=self.actuator.stiff_base,
+            tip_length=self.actuator.tip_length,
         )
         solution = jax.tree.map(
             lambda x: jnp.where(good, x, jnp.nan) if eqx.is_inexact_array(x) else x, solution
@@ -329,6 +331,8 @@ class Rod(eqx.Module):
     def _chamber_volume(self, pressure: Float[Array, "3"], shape: Shape) -> Float[Array, "3"]:
         """Volume −∂/∂p ∫ Π(u(s), p, s) ds at a fixed shape [m³]: one derivative for all sections."""
         arc_lengths, curvatures, weights = shape.samples()
+        # The stiff ends hold as much per length as the rest.
+        weights = weights * (self.actuator.body_length / self.actuator.bending_length)
 
         def potential(pressure: Float[Array, "3"]) -> Float[Array, ""]:
             if self.end_zone is None:
@@ -337,7 +341,7 @@ class Rod(eqx.Module):
             law = self.section.at(pressure)
 
             def energy(s: Float[Array, ""], curvature: Float[Array, "3"]) -> Float[Array, ""]:
-                return section_energy(law, self.end_zone, curvature, s, self.actuator.body_length)
+                return section_energy(law, self.end_zone, curvature, s, self.actuator.bending_length)
 
             return weights @ jax.vmap(energy)(arc_lengths, curvatures)
 
@@ -368,7 +372,7 @@ def _equilibrium_shape(
     start: Float[Array, " n"] | None,
     solver: Solver,
 ) -> tuple[Shape, Reached]:
-    free, length = law.free_curvature, actuator.body_length
+    free, length = law.free_curvature, actuator.bending_length
     equilibrium = Equilibrium(law, zone, resultants(loads, actuator, free.dtype), actuator)
     if not jax.tree.leaves(loads) and zone is None:
         return Arc(base_curvature=free, length=length), Reached.free(length * free)

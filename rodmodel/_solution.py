@@ -51,7 +51,7 @@ class Solution(eqx.Module):
     unknown : what the shooting solved for, u L at the base and after it, where there is a follower force,
         that force in the frame of the base [N]: a start for the next solve.
     base_position, base_rotation : where the base is; None for the origin, along +z.
-    cap_length : [m].
+    stiff_base, tip_length : straight parts before and behind the shape, the cap in the latter [m].
     """
 
     tip_position: Float[Array, "3"]
@@ -69,7 +69,8 @@ class Solution(eqx.Module):
     unknown: Float[Array, " n"]
     base_position: Float[Array, "3"] | None
     base_rotation: Float[Array, "3 3"] | None
-    cap_length: float = eqx.field(static=True)
+    stiff_base: float = eqx.field(static=True)
+    tip_length: float = eqx.field(static=True)
 
     def centreline(self, arc_length: Numbers) -> Float[Array, "*s 3"]:
         """Position r(s) of the axis.
@@ -111,20 +112,27 @@ class Solution(eqx.Module):
         return self._along(Solution._curvature, arc_length)
 
     def _position(self, s: Float[Array, ""]) -> Float[Array, "3"]:
-        body = jnp.minimum(s, self.shape.length)
+        body = self._in_shape(s)
         position, rotation = self.shape.pose(body)
-        position = position + (s - body) * rotation[:, 2]
+        # Straight on at either end: below the shape, `rotation` is that of the base.
+        position = position + (s - self.stiff_base - body) * rotation[:, 2]
+        position = position.at[2].add(self.stiff_base)
         if self.base_rotation is not None:
             position = self.base_rotation @ position
         return position if self.base_position is None else self.base_position + position
 
     def _rotation(self, s: Float[Array, ""]) -> Float[Array, "3 3"]:
-        rotation = self.shape.pose(jnp.minimum(s, self.shape.length))[1]
+        rotation = self.shape.pose(self._in_shape(s))[1]
         return rotation if self.base_rotation is None else self.base_rotation @ rotation
 
     def _curvature(self, s: Float[Array, ""]) -> Float[Array, "3"]:
-        curvature = self.shape.curvature(jnp.minimum(s, self.shape.length))
-        return jnp.where(s <= self.shape.length, curvature, jnp.zeros_like(curvature))
+        body = self._in_shape(s)
+        curvature = self.shape.curvature(body)
+        return jnp.where(s - self.stiff_base == body, curvature, jnp.zeros_like(curvature))
+
+    def _in_shape(self, s: Float[Array, ""]) -> Float[Array, ""]:
+        """The arc length of the shape that is nearest to s."""
+        return jnp.clip(s - self.stiff_base, 0.0, self.shape.length)
 
     def _along(self, quantity: Callable[["Solution", Float[Array, ""]], Array], arc_length: Numbers) -> Array:
         return self._evaluate(quantity, jnp.asarray(arc_length, self.tip_position.dtype))
@@ -135,6 +143,6 @@ class Solution(eqx.Module):
     ) -> Array:
         """Evaluate at each arc length; NaN outside the rod, a rounding of its length left aside."""
         values = jax.vmap(lambda s: quantity(self, s))(s.ravel())
-        end = (self.shape.length + self.cap_length) * (1.0 + 4.0 * jnp.finfo(s.dtype).eps)
+        end = (self.stiff_base + self.shape.length + self.tip_length) * (1.0 + 4.0 * jnp.finfo(s.dtype).eps)
         inside = ((s >= 0.0) & (s <= end)).reshape((-1,) + (1,) * (values.ndim - 1))
         return jnp.where(inside, values, jnp.nan).reshape(s.shape + values.shape[1:])

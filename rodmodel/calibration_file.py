@@ -3,7 +3,7 @@
     {"schema": "rodmodel-calibration", "version": 1,
      "layout": {"name", "psi_rad" (null where the law is one of all orientations), "pitch_m"},
      "actuator": {"body_length_m", "cap_length_m", "body_diameter_m",
-                  "mass_per_length_kg_per_m", "cap_mass_kg"},
+                  "mass_per_length_kg_per_m", "cap_mass_kg", and, where known, "stiff_base_m", "stiff_tip_m"},
      "section_law": {"kind", "pressure_scale_pa", "curvature_scale_per_m", "energy_scale_n", "rest_volume_m2",
                      and the law's own arrays},
      "domain": {"pressure_max_pa" (three), "pressure_sum_max_pa", "moment_max_nm",
@@ -82,13 +82,29 @@ class Layout:
 
 @dataclass(frozen=True)
 class Actuator:
-    """Lengths [m], body diameter [m], mass of the body per length [kg/m] and mass of the cap [kg]."""
+    """Lengths [m], body diameter [m], mass of the body per length [kg/m] and mass of the cap [kg].
+
+    Near base and cap, where the section cannot widen freely, the body bends less: as if parts of it, the
+    `stiff_base` and the `stiff_tip` [m], did not bend at all.
+    """
 
     body_length: float
     cap_length: float
     body_diameter: float
     mass_per_length: float
     cap_mass: float
+    stiff_base: float = 0.0
+    stiff_tip: float = 0.0
+
+    @property
+    def bending_length(self) -> float:
+        """Length of the body between its stiff ends [m]."""
+        return self.body_length - self.stiff_base - self.stiff_tip
+
+    @property
+    def tip_length(self) -> float:
+        """From where the body ends to bend to the cap's outer face [m]."""
+        return self.cap_length + self.stiff_tip
 
 
 @dataclass(frozen=True)
@@ -168,6 +184,8 @@ def read_calibration(path: str | Path) -> Calibration:
             body_diameter=actuator.positive("body_diameter_m"),
             mass_per_length=actuator.not_negative("mass_per_length_kg_per_m"),
             cap_mass=actuator.not_negative("cap_mass_kg"),
+            stiff_base=_told_length(actuator, "stiff_base_m"),
+            stiff_tip=_told_length(actuator, "stiff_tip_m"),
         ),
         section_law=_read_law(record.record("section_law")),
         domain=Domain(
@@ -179,6 +197,11 @@ def read_calibration(path: str | Path) -> Calibration:
         error=error.content,
         provenance=record.record("provenance").content,
     )
+
+
+def _told_length(record: Record, key: str) -> float:
+    """A length of an end; may be below zero, for one that bends more, and is zero where it is not told."""
+    return record.number(key) if key in record.content else 0.0
 
 
 def save_calibration(calibration: Calibration, path: str | Path) -> None:
@@ -197,6 +220,8 @@ def save_calibration(calibration: Calibration, path: str | Path) -> None:
             "body_diameter_m": calibration.actuator.body_diameter,
             "mass_per_length_kg_per_m": calibration.actuator.mass_per_length,
             "cap_mass_kg": calibration.actuator.cap_mass,
+            "stiff_base_m": calibration.actuator.stiff_base,
+            "stiff_tip_m": calibration.actuator.stiff_tip,
         },
         "section_law": _law_record(calibration.section_law),
         "domain": {

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from calibration.cli import _fit_measured, _truth
+from calibration.cli import _fit_measured, _judge, _truth
 from calibration.cli._arguments import (
     BAD_INPUT,
     GOOD,
@@ -227,7 +227,9 @@ def _parser() -> argparse.ArgumentParser:
     parser = Parser(
         prog="rodmodel-calibrate", description="Calibrate a section law on the finite-element cell."
     )
-    commands = parser.add_subparsers(required=True, metavar="run | fit | report | fit-measured | truth")
+    commands = parser.add_subparsers(
+        required=True, metavar="run | fit | report | fit-measured | truth | ends | judge"
+    )
 
     run = commands.add_parser("run", help="sweep loading paths of the cell; takes up a run that was stopped")
     run.add_argument("--layout", default="double-helix", help="winding layout (default: %(default)s)")
@@ -279,7 +281,7 @@ def _parser() -> argparse.ArgumentParser:
     report.add_argument("--seed", type=int, default=0, help="of the network that is compared")
     report.set_defaults(command=_report)
     measured, truth = _fit_measured.add_to(commands), _truth.add_to(commands)
-    for command in (run, fit, report, measured, truth):
+    for command in (run, fit, report, measured, truth, *_judge.add_to(commands)):
         command.add_argument("--json", action="store_true", help="one JSON object on stdout")
     return parser
 

@@ -1,0 +1,107 @@
+"""`rodmodel-calibrate ends` and `judge`: stiff ends from the full actuator, and the rod against it."""
+
+import argparse
+import json
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+from calibration.cli._arguments import GOOD, BadInputError, Parser
+
+_ROWS = {
+    "tip_percent": "tip, % of length",
+    "angle_deg": "bending angle to 150 deg [deg]",
+    "loaded_tip_percent": "tip under loads, % of length",
+    "loaded_angle_deg": "bending angle under loads [deg]",
+    "plane_deg": "bending plane [deg]",
+    "volume_mm3": "chamber volumes [mm3]",
+}
+
+
+def add_to(commands: "argparse._SubParsersAction[Parser]") -> list[Parser]:
+    """Add the commands."""
+    ends = commands.add_parser(
+        "ends", help="fit the ends that do not bend to the fit runs of the truth, and write them into files"
+    )
+    ends.add_argument("truth", help="netCDF file that `truth --gather` wrote")
+    ends.add_argument("files", nargs="*", metavar="FILE", help="calibration files to write them into")
+    ends.set_defaults(command=_ends)
+    judge = commands.add_parser("judge", help="shipped rods against the judge runs of the full actuator")
+    judge.add_argument("truth", help="netCDF file that `truth --gather` wrote")
+    judge.add_argument(
+        "--role", default="judge", choices=["judge", "fit"], help="of the runs (default: %(default)s)"
+    )
+    judge.set_defaults(command=_judge)
+    return [ends, judge]
+
+
+def _ends(options: argparse.Namespace, command: str) -> int:
+    from calibration.ends import fit_ends
+    from calibration.provenance import code_version, sha256, today
+    from calibration.truth import TruthError
+    from fem_reference import ActuatorGeometry
+    from rodmodel import read_calibration, save_calibration
+
+    truth, geometry = _read(options.truth), ActuatorGeometry()
+    try:
+        calibrations = {file: read_calibration(file) for file in options.files}
+        ends = fit_ends(truth, geometry.body_length, geometry.cap_length)
+    except (ValueError, TruthError) as error:
+        raise BadInputError(str(error)) from error
+    note = {
+        "command": command,
+        "code_version": code_version(),
+        "date": today(),
+        "truth_sha256": sha256(Path(options.truth)),
+        **asdict(ends),
+    }
+    for file, calibration in calibrations.items():
+        stiff = replace(calibration.actuator, stiff_base=ends.base, stiff_tip=ends.tip)
+        provenance = {**calibration.provenance, "stiff_ends": note}
+        save_calibration(replace(calibration, actuator=stiff, provenance=provenance), file)
+    if options.json:
+        print(json.dumps(note))
+        return GOOD
+    first, second = (1e3 * error for error in ends.standard_errors)
+    print(
+        f"stiff base {1e3 * ends.base:.3f} ± {first:.3f} mm, "
+        f"stiff tip {1e3 * ends.tip:.3f} ± {second:.3f} mm, from {ends.states} states"
+    )
+    print(
+        f"the tip is off by {1e3 * ends.after:.3f} mm (root mean square), "
+        f"without them by {1e3 * ends.before:.3f} mm"
+    )
+    return GOOD
+
+
+def _judge(options: argparse.Namespace, command: str) -> int:
+    from calibration.judge import compare_with_truth, judgement
+
+    found = judgement(compare_with_truth(_read(options.truth)), options.role)
+    if options.json:
+        print(json.dumps(found))
+        return GOOD
+    print(
+        f"{found['judged']} of {found['states']} states of {options.role} runs are inside the rods' domains"
+    )
+    print(f"{'':32s} {'median':>8s} {'95 %':>8s} {'worst':>8s}   at")
+    for key, title in _ROWS.items():
+        if key in found:
+            row: dict[str, Any] = found[key]
+            where = ", ".join(f"{p:g}" for p in row["worst_at"]["pressure_kpa"])
+            numbers = " ".join(f"{row[name]:8.2f}" for name in ("median", "p95", "worst"))
+            print(f"{title:32s} {numbers}   {row['worst_at']['case']}, {where} kPa")
+    if "stated_bound_share" in found:
+        print(f"within the rod's own 95 % bound: {100.0 * found['stated_bound_share']:.0f} % of angles")
+    return GOOD
+
+
+def _read(file: str) -> Any:
+    import xarray as xr
+
+    try:
+        return xr.load_dataset(file, engine="h5netcdf")
+    except (OSError, ValueError) as error:
+        raise BadInputError(
+            f"truth: cannot read {file} as netCDF ({error}); expected a file of `truth --gather`"
+        ) from error

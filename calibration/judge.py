@@ -1,0 +1,164 @@
+"""The rod against runs of the full actuator, state by state."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import xarray as xr
+from jaxtyping import Bool, Float
+
+from calibration.truth import case_of, on_loading_branch
+from rodmodel import CalibrationNotFoundError, FixedStep, Rod, load
+
+# Agrees with the adaptive solver to 4e-6 of the length on random cases.
+_SOLVER = FixedStep(64)
+#: Bending angles up to which θ is judged [rad].
+ANGLE_JUDGED = np.deg2rad(150.0)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """States of the truth that a rod can be asked for, and how far it is from each.
+
+    Parameters
+    ----------
+    case, role, pressure : of each state; pressures [Pa].
+    loaded : whether it carries a tip force or gravity.
+    judged : inside the rod's domain, and on the loading branch; other states are left out of the figures.
+    angle : θ of the truth [rad].
+    tip : distance of the tips over the body's length.
+    angle_error, plane_error : of θ and γ [rad]; γ's is that of the tip's place over its distance from the
+        axis, and not a number for a straight actuator.
+    volume : error of each chamber's volume [m³]; stated : the rod's own 95 % bound of θ [rad].
+    """
+
+    case: np.ndarray
+    role: np.ndarray
+    pressure: Float[np.ndarray, "n 3"]
+    loaded: Bool[np.ndarray, " n"]
+    judged: Bool[np.ndarray, " n"]
+    angle: Float[np.ndarray, " n"]
+    tip: Float[np.ndarray, " n"]
+    angle_error: Float[np.ndarray, " n"]
+    plane_error: Float[np.ndarray, " n"]
+    volume: Float[np.ndarray, "n 3"]
+    stated: Float[np.ndarray, " n"]
+
+
+def compare_with_truth(truth: xr.Dataset) -> Verdict:
+    """Solve the rods of the shipped calibrations under the loads of the truth.
+
+    A winding without a calibration has no judged state.
+    """
+    count = truth.sizes["state"]
+    names = truth["case"].values
+    pressure, force, gravity = (truth[key].values for key in ("pressure", "tip_force", "gravity"))
+    loaded = np.asarray(force.any(axis=1) | gravity.any(axis=1))
+    found: dict[str, Any] = {
+        "tip_position": np.full((count, 3), np.nan),
+        "bending_angle": np.full(count, np.nan),
+        "bending_plane": np.full(count, np.nan),
+        "chamber_volume": np.full((count, 3), np.nan),
+        "error_estimate": np.full(count, np.nan),
+        "converged": np.zeros(count, dtype=bool),
+        "in_domain": np.zeros(count, dtype=bool),
+    }
+    length = np.full(count, np.nan)
+    windings = np.array([repr(case_of(name).winding) for name in names], dtype=object)
+    for winding in dict.fromkeys(windings):
+        rod = _rod_of(names[windings == winding][0])
+        if rod is None:
+            continue
+        length[windings == winding] = rod.actuator.body_length
+        for with_loads in (False, True):
+            rows = np.flatnonzero((windings == winding) & (loaded == with_loads))
+            if rows.size:
+                for key, value in _solve(rod, pressure[rows], force[rows], gravity[rows], with_loads).items():
+                    found[key][rows] = value
+    turn = found["bending_plane"] - truth["bending_plane"].values
+    sideways = np.linalg.norm(truth["tip_position"].values[:, :2], axis=1) > 0.02 * length
+    return Verdict(
+        case=names,
+        role=truth["role"].values,
+        pressure=pressure,
+        loaded=loaded,
+        judged=found["converged"] & found["in_domain"] & on_loading_branch(truth),
+        angle=truth["bending_angle"].values,
+        tip=np.linalg.norm(found["tip_position"] - truth["tip_position"].values, axis=1) / length,
+        angle_error=np.abs(found["bending_angle"] - truth["bending_angle"].values),
+        plane_error=np.where(sideways, np.abs((turn + np.pi) % (2.0 * np.pi) - np.pi), np.nan),
+        volume=found["chamber_volume"] - truth["volume"].values,
+        stated=found["error_estimate"],
+    )
+
+
+def _rod_of(case: str) -> Rod | None:
+    winding = case_of(case).winding
+    pitch = getattr(winding, "pitch", None) or 2.0 * getattr(winding, "spacing", 1.5e-3)
+    try:
+        return load(winding.name, getattr(winding, "psi", 0.0), pitch)
+    except CalibrationNotFoundError:
+        return None
+
+
+def _solve(
+    rod: Rod, pressure: np.ndarray, force: np.ndarray, gravity: np.ndarray, with_loads: bool
+) -> dict[str, np.ndarray]:
+    def one(p: jax.Array, f: jax.Array, g: jax.Array) -> dict[str, jax.Array]:
+        force, gravity = (f, g) if with_loads else (None, None)
+        s = rod.solve(p, force, None, gravity, throw=False, solver=_SOLVER)
+        return {
+            "tip_position": s.tip_position,
+            "bending_angle": s.bending_angle,
+            "bending_plane": s.bending_plane,
+            "chamber_volume": s.chamber_volume,
+            "error_estimate": s.error_estimate,
+            "converged": s.converged,
+            "in_domain": s.in_domain,
+        }
+
+    rows = jax.jit(jax.vmap(one))(jnp.asarray(pressure), jnp.asarray(force), jnp.asarray(gravity))
+    return {key: np.asarray(value) for key, value in rows.items()}
+
+
+def judgement(verdict: Verdict, role: str) -> dict[str, Any]:
+    """Figures over the judged states of a role: median, 95th percentile and worst, and where that is.
+
+    ``tip_percent`` of the body's length, ``angle_deg`` up to 150°, ``plane_deg``, ``volume_percent`` of the
+    chambers' volumes, without and with loads; ``stated_bound_share`` : of states whose θ is within the rod's
+    own bound.
+    """
+    chosen = verdict.judged & (verdict.role == role)
+    upright = verdict.angle <= ANGLE_JUDGED
+    volume = np.abs(verdict.volume).max(axis=1)
+    result: dict[str, Any] = {
+        "states": int((verdict.role == role).sum()),
+        "judged": int(chosen.sum()),
+        "cases": sorted(set(verdict.case[chosen])),
+    }
+    for name, values, among in (
+        ("tip_percent", 100.0 * verdict.tip, ~verdict.loaded),
+        ("loaded_tip_percent", 100.0 * verdict.tip, verdict.loaded),
+        ("angle_deg", np.rad2deg(verdict.angle_error), upright & ~verdict.loaded),
+        ("loaded_angle_deg", np.rad2deg(verdict.angle_error), upright & verdict.loaded),
+        ("plane_deg", np.rad2deg(verdict.plane_error), np.isfinite(verdict.plane_error)),
+        ("volume_mm3", 1e9 * volume, np.ones_like(upright)),
+    ):
+        rows = np.flatnonzero(chosen & among)
+        if rows.size:
+            worst = rows[np.argmax(values[rows])]
+            result[name] = {
+                "median": float(np.median(values[rows])),
+                "p95": float(np.percentile(values[rows], 95, method="higher")),
+                "worst": float(values[worst]),
+                "worst_at": {
+                    "case": str(verdict.case[worst]),
+                    "pressure_kpa": (1e-3 * verdict.pressure[worst]).tolist(),
+                },
+            }
+    if chosen.any():
+        inside = verdict.angle_error[chosen] <= verdict.stated[chosen]
+        result["stated_bound_share"] = float(inside.mean())
+    return result

@@ -1,0 +1,174 @@
+"""Stiff ends from truth, and the rod judged by it: what is put in comes out; what is out of reach is left."""
+
+import json
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+import xarray as xr
+
+import rodmodel
+from calibration import ends
+from calibration.cli import main
+from calibration.judge import compare_with_truth, judgement
+from calibration.truth import TruthError, free_states, on_loading_branch
+from rodmodel import Actuator, Calibration, Layout
+from tests.unit.rodmodel import synthetic
+
+BODY, CAP = 60e-3, 6e-3
+BASE, TIP = 0.4e-3, 0.25e-3
+CURVATURE = np.array(
+    [[0.0, -7.0, 0.5], [0.0, -20.0, 0.0], [4.0, 9.0, -1.0], [12.0, 0.0, 2.0], [0.0, 30.0, 0.0]]
+)
+
+
+def truth_of(role="fit", **changed) -> xr.Dataset:
+    """Runs of an actuator that is an arc between straight ends."""
+    count = len(CURVATURE)
+    rod = np.zeros((count, 3))
+    values = {
+        "pressure": (("state", "chamber"), 1e4 * np.abs(np.roll(CURVATURE, 1, axis=1)) / 30.0),
+        "tip_force": (("state", "axis"), rod),
+        "gravity": (("state", "axis"), rod),
+        "tip_position": (("state", "axis"), ends.tip_between_ends(CURVATURE, BODY, CAP, BASE, TIP)),
+        "jumped": (("state",), np.zeros(count)),
+        "stable": (("state",), np.ones(count, dtype=int)),
+        "case": (("state",), np.array(["chamber1-fit"] * count, dtype=object)),
+        "role": (("state",), np.array([role] * count, dtype=object)),
+        **changed,
+    }
+    return xr.Dataset(values, attrs={"mesh": "coarse"})
+
+
+@pytest.fixture
+def known_cell(monkeypatch):
+    """The cell bends as the actuator's middle."""
+    monkeypatch.setattr(ends, "cell_curvatures", lambda states: CURVATURE)
+
+
+def test_the_arc_between_ends_is_that_of_a_rod():
+    """Against the rod's closed form, to rounding."""
+    calibration = synthetic.calibration()
+    actuator = Actuator(BODY, CAP, 12e-3, 0.1, 1e-3, stiff_base=BASE, stiff_tip=TIP)
+    rod = rodmodel.Rod(calibration.section_law, actuator, calibration.domain, 0.01)
+    pressure = jnp.array([30e3, 12e3, 5e3])
+    curvature = np.asarray(rod.section.free_curvature(pressure))[None]
+    tip = ends.tip_between_ends(curvature, BODY, CAP, BASE, TIP)[0]
+    np.testing.assert_allclose(tip, rod.solve(pressure).tip_position, atol=1e-14)
+
+
+def test_the_lengths_of_the_ends_are_found(known_cell):
+    """Planted ones, to the tolerance of the least squares; with noise, within three standard errors."""
+    found = ends.fit_ends(truth_of(), BODY, CAP)
+    assert (found.base, found.tip) == pytest.approx((BASE, TIP), abs=1e-9)
+    assert found.before > 1e-4 > 1e-9 > found.after
+    noisy = truth_of()
+    noisy["tip_position"] = noisy["tip_position"] + 2e-5 * np.random.default_rng(1).standard_normal((5, 3))
+    found = ends.fit_ends(noisy, BODY, CAP)
+    for value, planted, error in zip(
+        (found.base, found.tip), (BASE, TIP), found.standard_errors, strict=True
+    ):
+        assert 0.0 < error < 2e-4
+        assert abs(value - planted) < 3.0 * error
+
+
+def test_judges_never_fit(known_cell):
+    with pytest.raises(TruthError, match="no unloaded state of a fit run"):
+        ends.fit_ends(truth_of(role="judge"), BODY, CAP)
+
+
+def test_loaded_states_and_those_behind_a_jump_are_told_apart():
+    force = np.zeros((5, 3))
+    force[1, 0] = 0.01
+    truth = truth_of(tip_force=(("state", "axis"), force), jumped=(("state",), np.array([0, 0, 0, 1, 0])))
+    assert free_states(truth).tolist() == [True, False, True, False, False]
+    assert on_loading_branch(truth).tolist() == [True, True, True, False, False]
+
+
+@pytest.fixture(scope="module")
+def exact() -> xr.Dataset:
+    """Runs of which the shipped rods' own predictions are the answers."""
+    rows = {
+        "chamber1": [(10e3, 0.0, 0.0), (30e3, 0.0, 0.0), (70e3, 0.0, 0.0)],
+        "force-upright-25": [(25e3, 0.0, 0.0)],
+    }
+    forces = {"chamber1": np.zeros(3), "force-upright-25": np.array([0.0, 0.03, 0.0])}
+    rod = rodmodel.load("double-helix")
+    states: dict[str, list] = {name: [] for name in ("case", "pressure", "tip_force", "gravity", "solution")}
+    for case, pressures in rows.items():
+        for pressure in pressures:
+            force = forces[case]
+            gravity = np.array([0.0, 0.0, -9.81]) * force.any()
+            loads = {"tip_force": force, "gravity": gravity} if force.any() else {}
+            solution = rod.solve(pressure, throw=False, **loads)
+            for name, value in zip(states, (case, pressure, force, gravity, solution), strict=True):
+                states[name].append(value)
+
+    def of(name):
+        return np.array([np.asarray(getattr(s, name)) for s in states["solution"]])
+
+    count = len(states["case"])
+    return xr.Dataset(
+        {
+            "pressure": (("state", "chamber"), np.array(states["pressure"])),
+            "tip_force": (("state", "axis"), np.array(states["tip_force"])),
+            "gravity": (("state", "axis"), np.array(states["gravity"])),
+            "tip_position": (("state", "axis"), of("tip_position")),
+            "bending_angle": (("state",), of("bending_angle")),
+            "bending_plane": (("state",), of("bending_plane")),
+            "volume": (("state", "chamber"), of("chamber_volume")),
+            "jumped": (("state",), np.zeros(count)),
+            "stable": (("state",), np.ones(count, dtype=int)),
+            "case": (("state",), np.array(states["case"], dtype=object)),
+            "role": (("state",), np.array(["judge"] * count, dtype=object)),
+        },
+        attrs={"mesh": "coarse"},
+    )
+
+
+def test_a_truth_of_the_rods_own_has_no_error(exact):
+    verdict = compare_with_truth(exact)
+    # 70 kPa is outside the domain.
+    assert verdict.judged.tolist() == [True, True, False, True]
+    figures = judgement(verdict, "judge")
+    assert (figures["states"], figures["judged"]) == (4, 3)
+    # Two solvers: 1e-5 of the length.
+    for name in ("tip_percent", "loaded_tip_percent", "angle_deg", "loaded_angle_deg", "plane_deg"):
+        assert figures[name]["worst"] < 1e-2, name
+    assert figures["stated_bound_share"] == 1.0
+
+
+def test_errors_put_in_are_found_where_they_are(exact):
+    off = exact.copy(deep=True)
+    off["tip_position"][1, 0] += 0.6e-3
+    off["bending_angle"][3] += np.deg2rad(2.0)
+    figures = judgement(compare_with_truth(off), "judge")
+    assert figures["tip_percent"]["worst"] == pytest.approx(1.0, abs=1e-2)
+    assert figures["tip_percent"]["worst_at"] == {"case": "chamber1", "pressure_kpa": [30.0, 0.0, 0.0]}
+    assert figures["loaded_angle_deg"]["worst"] == pytest.approx(2.0, abs=1e-2)
+    assert figures["stated_bound_share"] == pytest.approx(2.0 / 3.0)
+
+
+def test_the_command_writes_the_ends_into_files(known_cell, tmp_path, capsys):
+    truth, file = tmp_path / "truth.nc", tmp_path / "calibration.json"
+    truth_of().to_netcdf(truth, engine="h5netcdf")
+    made: Calibration = synthetic.calibration()
+    rodmodel.save_calibration(made, file)
+    assert main(["ends", str(truth), str(file)]) == 0
+    assert "stiff base 0.400" in capsys.readouterr().out
+    written = rodmodel.read_calibration(file)
+    assert (written.actuator.stiff_base, written.actuator.stiff_tip) == pytest.approx((BASE, TIP), abs=1e-9)
+    assert written.provenance["stiff_ends"]["states"] == 5
+    assert written.layout == Layout("double-helix", 0.0, 3e-3)
+
+
+def test_a_truth_that_cannot_be_read_is_told(tmp_path, capsys):
+    assert main(["judge", str(tmp_path / "none.nc")]) == 2
+    assert "expected a file of `truth --gather`" in capsys.readouterr().err
+
+
+def test_the_command_prints_one_object(exact, tmp_path, capsys):
+    file = tmp_path / "truth.nc"
+    exact.to_netcdf(file, engine="h5netcdf")
+    assert main(["judge", str(file), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["judged"] == 3

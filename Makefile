@@ -6,7 +6,7 @@ STAMP := .venv/.installed
 PEERS := .venv/.peers
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 
-.PHONY: run setup test test-slow lint format bench clean
+.PHONY: run setup test test-slow lint docs format bench clean
 
 run: setup
 	$(BIN)/python examples/01_predict.py
@@ -30,7 +30,7 @@ $(PEERS): $(STAMP)
 	$(PIP) install -c constraints.txt --no-build-isolation -e ".[bench]"
 	@touch $@
 
-test: lint
+test: lint docs
 	$(BIN)/python -m pytest -n $(JOBS)
 
 test-slow: setup
@@ -40,6 +40,10 @@ lint: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+
+# A warning is an error.
+docs: setup
+	$(BIN)/mkdocs build --quiet --strict --config-file .ci/mkdocs.yml
 
 format: setup
 	$(BIN)/ruff format .

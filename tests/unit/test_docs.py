@@ -12,7 +12,8 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\((?!https?:)([^)#]+)(?:#[^)]*)?\)")
 # Commands of a page that write what its blocks read.
-BEFORE = {"calibration.md": ["fit-measured", str(ROOT / "docs" / "measured_template.csv"), "--out", "mine.json"]}
+TEMPLATE = str(ROOT / "docs" / "measured_template.csv")
+BEFORE = {"calibration.md": ["fit-measured", TEMPLATE, "--out", "mine.json"]}
 
 
 @pytest.mark.parametrize("page", [p for p in PAGES if BLOCK.search(p.read_text())], ids=lambda p: p.name)

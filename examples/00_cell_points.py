@@ -1,0 +1,102 @@
+"""Finite-element points for the figures of the other examples: bending of the period cell, path by path.
+
+Run as ``python examples/00_cell_points.py [FILE] [--only NAME ...]``. It takes some ten minutes, keeps every
+path as soon as it is finished, and passes over those that the file has. The file that ships is
+examples/data/cell_points.json.
+
+One chamber alone depends on the winding by the angle from its centre to the nearest crossing of the threads
+alone (the paper's ψ'), by the symmetries of the section: chamber 1 at ψ = 0, 15, ..., 90 degrees stands for
+every chamber at every orientation in those steps.
+"""
+
+import argparse
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.progress import track
+
+from fem_reference import CellError, Load, PeriodCell, follow, layout
+
+FILE = Path(__file__).parent / "data" / "cell_points.json"
+SINGLE_KPA = [5.0 * n for n in range(1, 15)]
+PAIR_KPA = [5.0 * n for n in range(1, 11)]
+BODY_LENGTH = 60e-3
+# name, layout, ψ [deg], pitch [mm], which chambers, pressures [kPa]
+Path_ = tuple[str, str, float, float, tuple[float, float, float], list[float]]
+
+
+def paths() -> list[Path_]:
+    """All paths."""
+    first: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    listed: list[Path_] = [
+        (f"psi{psi}", "double-helix", float(psi), 3.0, first, SINGLE_KPA) for psi in range(0, 91, 15)
+    ]
+    for pitch in (2.0, 4.0):
+        for psi in (0.0, 60.0):
+            listed.append((f"pitch{pitch:g}-psi{psi:g}", "double-helix", psi, pitch, first, SINGLE_KPA))
+    listed += [(name, name, 0.0, 3.0, first, SINGLE_KPA) for name in ("ring", "six-helix")]
+    listed += [
+        ("psi0-pair12", "double-helix", 0.0, 3.0, (1.0, 1.0, 0.0), PAIR_KPA),
+        ("psi0-pair23", "double-helix", 0.0, 3.0, (0.0, 1.0, 1.0), PAIR_KPA),
+    ]
+    return listed
+
+
+def trace(path: Path_, level: str) -> dict[str, Any]:
+    """Follow one path, over jumps where walls snap."""
+    _, winding, psi, pitch, way, pressures = path
+    cell = PeriodCell(winding=layout(winding, math.radians(psi), 1e-3 * pitch), level=level)
+    loads = [Load((1e3 * p * way[0], 1e3 * p * way[1], 1e3 * p * way[2])) for p in pressures]
+    found: dict[str, list[Any]] = {
+        "pressure_kpa": [],
+        "angle_deg": [],
+        "plane_deg": [],
+        "jumped": [],
+        "stable": [],
+    }
+    end = "reached"
+    try:
+        for p, state in zip(pressures, follow(cell, loads), strict=False):
+            bend = BODY_LENGTH * np.asarray(state.curvature)
+            found["pressure_kpa"].append(p)
+            found["angle_deg"].append(math.degrees(math.hypot(bend[0], bend[1])))
+            # Chamber 1 alone turns about −y: its plane is 0.
+            found["plane_deg"].append(math.degrees(math.atan2(bend[0], -bend[1])) % 360.0)
+            found["jumped"].append(bool(state.jumped))
+            found["stable"].append(state.stable)
+    except CellError as error:
+        end = str(error)
+    return {
+        "layout": winding,
+        "psi_deg": psi,
+        "pitch_mm": pitch,
+        "chambers": list(way),
+        "mesh": level,
+        "end": end,
+        **found,
+    }
+
+
+def main() -> None:
+    """Follow what the file lacks."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("file", nargs="?", type=Path, default=FILE)
+    parser.add_argument("--only", nargs="+", metavar="NAME", help="paths to follow")
+    parser.add_argument("--elements", default="coarse", help="mesh level (default: %(default)s)")
+    options = parser.parse_args()
+    held = json.loads(options.file.read_text()) if options.file.exists() else {}
+    wanted = [p for p in paths() if p[0] not in held and (options.only is None or p[0] in options.only)]
+    for path in track(wanted, "paths of the cell"):
+        held[path[0]] = trace(path, options.elements)
+        options.file.parent.mkdir(parents=True, exist_ok=True)
+        partial = options.file.with_suffix(".part")
+        partial.write_text(json.dumps(held, indent=1) + "\n")
+        partial.replace(options.file)
+    print(f"{len(held)} paths in {options.file}")
+
+
+if __name__ == "__main__":
+    main()

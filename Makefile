@@ -6,10 +6,22 @@ STAMP := .venv/.installed
 PEERS := .venv/.peers
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 
-.PHONY: run setup test test-slow lint docs format bench clean
+.PHONY: run examples examples-full setup test test-slow lint docs format bench clean
 
 run: setup
 	$(BIN)/python examples/01_predict.py
+
+# From what ships: the files with numbers above 00, which makes the finite-element points of the figures.
+EXAMPLES := $(filter-out %/00_cell_points.py,$(wildcard examples/[0-9]*.py))
+
+examples: setup
+	@set -e; for script in $(EXAMPLES); do echo "== $$script"; $(BIN)/python $$script; done
+
+# The points anew, from the finite elements: ten minutes.
+examples-full: setup
+	rm -f examples/data/cell_points.json
+	$(BIN)/python examples/00_cell_points.py
+	$(MAKE) examples
 
 # gmsh's wheel links against X and GL libraries of the system. Prediction needs none of them, so their absence is
 # said and not fatal.

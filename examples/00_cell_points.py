@@ -45,10 +45,11 @@ def paths() -> list[Path_]:
     return listed
 
 
-def trace(path: Path_, level: str) -> dict[str, Any]:
-    """Follow one path, over jumps where walls snap."""
+def trace(path: Path_, level: str, last_kpa: float) -> dict[str, Any]:
+    """Follow one path up to a pressure, over jumps where walls snap."""
     _, winding, psi, pitch, way, pressures = path
     cell = PeriodCell(winding=layout(winding, math.radians(psi), 1e-3 * pitch), level=level)
+    pressures = [p for p in pressures if p <= last_kpa]
     loads = [Load((1e3 * p * way[0], 1e3 * p * way[1], 1e3 * p * way[2])) for p in pressures]
     found: dict[str, list[Any]] = {
         "pressure_kpa": [],
@@ -86,11 +87,14 @@ def main() -> None:
     parser.add_argument("file", nargs="?", type=Path, default=FILE)
     parser.add_argument("--only", nargs="+", metavar="NAME", help="paths to follow")
     parser.add_argument("--elements", default="coarse", help="mesh level (default: %(default)s)")
+    parser.add_argument(
+        "--last-kpa", type=float, default=70.0, help="largest pressure (default: %(default)s)"
+    )
     options = parser.parse_args()
     held = json.loads(options.file.read_text()) if options.file.exists() else {}
     wanted = [p for p in paths() if p[0] not in held and (options.only is None or p[0] in options.only)]
     for path in track(wanted, "paths of the cell"):
-        held[path[0]] = trace(path, options.elements)
+        held[path[0]] = trace(path, options.elements, options.last_kpa)
         options.file.parent.mkdir(parents=True, exist_ok=True)
         partial = options.file.with_suffix(".part")
         partial.write_text(json.dumps(held, indent=1) + "\n")

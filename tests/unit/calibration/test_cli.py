@@ -34,6 +34,8 @@ def bad(capsys):
     ("arguments", "named", "came", "expected"),
     [
         ([*RUN, "--psi-deg", "abc"], "--psi-deg", "abc", "finite number"),
+        ([*RUN, "--psi-deg", "30", "0"], "--psi-deg", "30.0, 0.0", "the least and the largest of many"),
+        ([*RUN, "--layout", "ring", "--psi-deg", "0", "30"], "--psi-deg", "ring", "one orientation"),
         ([*RUN, "--pitch-mm", "0"], "--pitch-mm", "0", "positive"),
         ([*RUN, "--pitch-mm", "nan"], "--pitch-mm", "nan", "positive"),
         ([*RUN, "--layout", "knot"], "--layout", "knot", "double-helix"),

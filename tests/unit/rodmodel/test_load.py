@@ -104,5 +104,5 @@ def test_the_rod_has_what_the_file_says(file: Path) -> None:
 def test_each_shipped_calibration_loads_under_its_own_name() -> None:
     for calibration in rodmodel.shipped_calibrations():
         layout = calibration.layout
-        rod = rodmodel.load(layout.name, layout.psi, layout.pitch)
+        rod = rodmodel.load(layout.name, 0.77 if layout.psi is None else layout.psi, layout.pitch)
         assert rod.actuator == calibration.actuator

@@ -240,6 +240,6 @@ print(json.dumps([s.tip_position.tolist() for s in solutions]))
 def test_what_ships_solves() -> None:
     for calibration in rodmodel.shipped_calibrations():
         layout = calibration.layout
-        rod = rodmodel.load(layout.name, layout.psi, layout.pitch)
+        rod = rodmodel.load(layout.name, 0.77 if layout.psi is None else layout.psi, layout.pitch)
         solution = rod.solve(0.3 * np.array(rod.domain.pressure_max))
         assert solution.converged

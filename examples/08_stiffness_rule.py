@@ -38,14 +38,17 @@ def main(picture: Path) -> None:
         free = jax.vmap(section.free_curvature)(1e3 * kpa * CHAMBERS)
         return rods.actuator.body_length * jnp.hypot(free[:, 0], free[:, 1])
 
+    @jax.jit
     def spread(psi: Array, kpa: Array) -> Array:
         """Largest less smallest angle, over the mean."""
         found = angles(psi, kpa)
         return (jnp.max(found) - jnp.min(found)) / jnp.mean(found)
 
-    psi = jnp.radians(jnp.linspace(0.0, 180.0, 361))
+    slope = jax.jit(jax.grad(spread))
+    over_psi = jax.jit(jax.vmap(angles, (0, None)))
+    psi = jnp.radians(jnp.linspace(0.0, 180.0, 181))
     ratio = np.asarray(jax.vmap(stiffness_ratio)(psi))
-    at = {p: np.asarray(jax.jit(jax.vmap(angles, (0, None)))(psi, jnp.asarray(p))) for p in PRESSURES_KPA}
+    at = {p: np.asarray(over_psi(psi, jnp.asarray(p))) for p in PRESSURES_KPA}
     spreads = {p: np.ptp(a, axis=1) / a.mean(axis=1) for p, a in at.items()}
 
     print(
@@ -55,7 +58,8 @@ def main(picture: Path) -> None:
     for p, found in at.items():
         stiffness = p / found
         correlation = np.corrcoef(ratio.ravel(), stiffness.ravel())[0, 1]
-        best, least = least_spread(lambda x, p=p: spread(x, jnp.asarray(p)), psi[:121], spreads[p][:121])
+        best = least_spread(lambda x, p=p: slope(x, jnp.asarray(p)), psi[:61], spreads[p][:61])
+        least = float(spread(jnp.asarray(best), jnp.asarray(p)))
         some = "  ".join(
             f"{100.0 * float(spread(jnp.radians(x), jnp.asarray(p))):6.2f}" for x in (0.0, 12.0, 30.0)
         )
@@ -70,20 +74,18 @@ def main(picture: Path) -> None:
     save(drawn(np.degrees(psi), ratio, at[JUDGED_KPA], spreads), picture)
 
 
-def least_spread(spread: Callable[[Array], Array], psi: Array, values: np.ndarray) -> tuple[float, float]:
+def least_spread(slope: Callable[[Array], Array], psi: Array, values: np.ndarray) -> float:
     """ψ of least spread near the least of a grid: bisection on the sign of its derivative.
 
     The spread is the difference of two angles, with a kink where another chamber becomes the largest or the
-    smallest; the derivative changes its sign there too.
+    smallest; the derivative changes its sign there too. After 60° all comes again.
     """
-    slope = jax.jit(jax.grad(spread))
     k = int(np.argmin(values))
     low, high = float(psi[max(k - 1, 0)]), float(psi[min(k + 1, len(psi) - 1)])
     for _ in range(30):
         middle = 0.5 * (low + high)
         low, high = (low, middle) if float(slope(jnp.asarray(middle))) > 0.0 else (middle, high)
-    best = 0.5 * (low + high)
-    return best, float(spread(jnp.asarray(best)))
+    return 0.5 * (low + high)
 
 
 def drawn(

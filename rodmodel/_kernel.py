@@ -61,7 +61,8 @@ def one_kernel(function: Callable[..., Any], *arguments: Any) -> Any:
         del size, batched
         if jax.default_backend() != "cpu":
             return jax.vmap(flat)(values), True
-        return jax.lax.map(lambda row: _call(compiled, row), values), True
+        # Of what knows how to be batched, for a `jax.vmap` outside of this one.
+        return jax.lax.map(call, values), True
 
     parts = _unpack(call(_pack(leaves, dtype)), [answer.shape for answer in answers])
     typed = [part.astype(answer.dtype) for part, answer in zip(parts, answers, strict=True)]

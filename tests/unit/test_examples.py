@@ -107,9 +107,10 @@ def test_08_stiffness_rule_answers_with_numbers_and_their_uncertainty(tmp_path: 
     drawn = tmp_path / "rule.png"
     told = run_example("08_stiffness_rule.py", str(drawn)).splitlines()
     rows = [[float(x.rstrip(",")) for x in line.split()] for line in told[1:5]]
-    for _, correlation, *named, best, least in rows:
-        assert 0.5 < correlation <= 1.0
-        assert 0.0 <= best <= 180.0
+    for kpa, correlation, *named, best, least in rows:
+        # At low pressure orientation hardly matters, and the ranking is noise.
+        assert kpa < 40.0 or 0.5 < correlation <= 1.0
+        assert 0.0 <= best <= 60.0
         assert least <= min(named) + 0.01
     assert "The map errs by up to" in told[5]
     assert drawn.read_bytes().startswith(b"\x89PNG")

@@ -2,8 +2,9 @@
 
 Near its ends the section cannot widen freely, and bends less. Seen from a few diameters away, that is as if
 parts of the body did not bend at all: an arc of the cell's free curvature between two straight pieces. Their
-lengths are fitted to the tip's position on the ``fit`` runs without loads; the curvature is that of the cell
-on the same mesh, so that neither the mesh nor the law's error goes into them.
+lengths are fitted to the tip's pose on the ``fit`` runs without loads, to its position and to that of a point
+half a body's length ahead of it; the curvature is that of the cell on the same mesh, so that neither the mesh
+nor the law's error goes into them.
 """
 
 from dataclasses import dataclass
@@ -28,6 +29,7 @@ class StiffEnds:
     ----------
     base, tip : lengths that do not bend [m]; standard_errors : of the two [m].
     before, after : root mean square of the tip's distance from that of the arc, without and with them [m].
+    turn_before, turn_after : the same of the angle between the caps' axes [rad].
     states : how many they were fitted to.
     """
 
@@ -36,6 +38,8 @@ class StiffEnds:
     standard_errors: tuple[float, float]
     before: float
     after: float
+    turn_before: float
+    turn_after: float
     states: int
 
 
@@ -56,35 +60,46 @@ def fit_ends(truth: xr.Dataset, body_length: float, cap_length: float) -> StiffE
     if chosen.sizes["state"] == 0:
         raise TruthError("truth: got no unloaded state of a fit run, expected some to fit the ends to")
     curvature = cell_curvatures(chosen)
-    tip = chosen["tip_position"].values
+    tip, axis = chosen["tip_position"].values, chosen["tip_rotation"].values[:, :, 2]
+    ahead = 0.5 * body_length
 
-    def misses(ends: Float[np.ndarray, "2"]) -> np.ndarray:
-        found = tip_between_ends(curvature, body_length, cap_length, *(_MM * ends))
-        return ((found - tip) / _MM).ravel()
+    def misses(ends: Float[np.ndarray, "2"]) -> tuple[np.ndarray, np.ndarray]:
+        """Of the tip's position [m] and of the cap's axis."""
+        position, along = tip_between_ends(curvature, body_length, cap_length, *(_MM * ends))
+        return position - tip, along - axis
 
-    found = least_squares(misses, np.zeros(2), x_scale=0.1)
+    def residual(ends: Float[np.ndarray, "2"]) -> np.ndarray:
+        place, along = misses(ends)
+        return np.concatenate([place, place + ahead * along]).ravel() / _MM
+
+    found = least_squares(residual, np.zeros(2), x_scale=0.1)
     left = found.fun.size - 2
     covariance = np.linalg.inv(found.jac.T @ found.jac) * (found.fun @ found.fun) / left
+    (before, turn_before), (after, turn_after) = (
+        tuple(_root_mean_square(part) for part in misses(ends)) for ends in (np.zeros(2), found.x)
+    )
     first, second = _MM * np.sqrt(np.diag(covariance))
     base, end = _MM * found.x
     return StiffEnds(
         base=float(base),
         tip=float(end),
         standard_errors=(float(first), float(second)),
-        before=_distance(misses(np.zeros(2))),
-        after=_distance(found.fun),
+        before=before,
+        after=after,
+        turn_before=turn_before,
+        turn_after=turn_after,
         states=chosen.sizes["state"],
     )
 
 
-def _distance(misses: Float[np.ndarray, " n"]) -> float:
-    return float(_MM * np.sqrt((misses.reshape(-1, 3) ** 2).sum(axis=1).mean()))
+def _root_mean_square(vectors: Float[np.ndarray, "n 3"]) -> float:
+    return float(np.sqrt((vectors**2).sum(axis=1).mean()))
 
 
 def tip_between_ends(
     curvature: Float[np.ndarray, "n 3"], body_length: float, cap_length: float, base: float, tip: float
-) -> Float[np.ndarray, "n 3"]:
-    """Centre of the cap's outer face of arcs between straight ends [m].
+) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
+    """Centre of the cap's outer face [m], and the cap's axis, of arcs between straight ends.
 
     Parameters
     ----------
@@ -100,7 +115,7 @@ def tip_between_ends(
     for node, weight in zip(0.5 * (nodes + 1.0), 0.5 * weights, strict=True):
         along += weight * Rotation.from_rotvec(node * turn).as_matrix()[:, :, 2]
     arc = (body_length - base - tip) * along
-    return np.array([0.0, 0.0, base]) + arc + (tip + cap_length) * end[:, :, 2]
+    return np.array([0.0, 0.0, base]) + arc + (tip + cap_length) * end[:, :, 2], end[:, :, 2]
 
 
 def cell_curvatures(states: xr.Dataset) -> Float[np.ndarray, "n 3"]:

@@ -39,10 +39,11 @@ def main(picture: Path) -> None:
                 (angle, one.angle, one.curve_angle),
                 (plane, one.plane, one.curve_plane),
             ):
-                panel.plot(one.pressure[~after], points[~after], "o", color=colour, ms=4)
-                panel.plot(one.pressure[after], points[after], "o", color=colour, ms=4, mfc="none")
                 # A plane of 0 may come out as 360 degrees.
-                panel.plot(one.curve_pressure, _continuous(curve), color=colour, lw=1.5, label=one.label)
+                here, along = (points, curve) if panel is angle else map(_continuous, (points, curve))
+                panel.plot(one.pressure[~after], here[~after], "o", color=colour, ms=4)
+                panel.plot(one.pressure[after], here[after], "o", color=colour, ms=4, mfc="none")
+                panel.plot(one.curve_pressure, along, color=colour, lw=1.5, label=one.label)
             error.plot(one.pressure, one.error, "o-", color=colour, ms=3, lw=0.8)
         angle.set_title(title, fontsize=10)
         angle.legend(fontsize=8)

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import math
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -68,8 +69,8 @@ def _ends(options: argparse.Namespace, command: str) -> int:
         f"stiff tip {1e3 * ends.tip:.3f} ± {second:.3f} mm, from {ends.states} states"
     )
     print(
-        f"the tip is off by {1e3 * ends.after:.3f} mm (root mean square), "
-        f"without them by {1e3 * ends.before:.3f} mm"
+        f"the tip is off by {1e3 * ends.after:.2f} mm and {math.degrees(ends.turn_after):.2f} deg (root mean "
+        f"square), without them by {1e3 * ends.before:.2f} mm and {math.degrees(ends.turn_before):.2f} deg"
     )
     return GOOD
 

@@ -26,11 +26,14 @@ def truth_of(role="fit", **changed) -> xr.Dataset:
     """Runs of an actuator that is an arc between straight ends."""
     count = len(CURVATURE)
     rod = np.zeros((count, 3))
+    tip, axis = ends.tip_between_ends(CURVATURE, BODY, CAP, BASE, TIP)
     values = {
         "pressure": (("state", "chamber"), 1e4 * np.abs(np.roll(CURVATURE, 1, axis=1)) / 30.0),
         "tip_force": (("state", "axis"), rod),
         "gravity": (("state", "axis"), rod),
-        "tip_position": (("state", "axis"), ends.tip_between_ends(CURVATURE, BODY, CAP, BASE, TIP)),
+        "tip_position": (("state", "axis"), tip),
+        # Only the third column counts.
+        "tip_rotation": (("state", "row", "column"), np.stack([rod, rod, axis], axis=2)),
         "jumped": (("state",), np.zeros(count)),
         "stable": (("state",), np.ones(count, dtype=int)),
         "case": (("state",), np.array(["chamber1-fit"] * count, dtype=object)),
@@ -53,8 +56,9 @@ def test_the_arc_between_ends_is_that_of_a_rod():
     rod = rodmodel.Rod(calibration.section_law, actuator, calibration.domain, 0.01)
     pressure = jnp.array([30e3, 12e3, 5e3])
     curvature = np.asarray(rod.section.free_curvature(pressure))[None]
-    tip = ends.tip_between_ends(curvature, BODY, CAP, BASE, TIP)[0]
+    (tip,), (axis,) = ends.tip_between_ends(curvature, BODY, CAP, BASE, TIP)
     np.testing.assert_allclose(tip, rod.solve(pressure).tip_position, atol=1e-14)
+    np.testing.assert_allclose(axis, rod.solve(pressure).tip_rotation[:, 2], atol=1e-14)
 
 
 def test_the_lengths_of_the_ends_are_found(known_cell):

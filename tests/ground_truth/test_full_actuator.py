@@ -1,0 +1,74 @@
+"""The full actuator's runs that ship: what they are, what they must obey, and how far rods are from them."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from calibration.judge import Verdict, compare_with_truth, judgement
+from calibration.truth import case_of, on_loading_branch
+
+FILE = Path(__file__).with_name("full_actuator.nc")
+
+
+@pytest.fixture(scope="module")
+def truth() -> xr.Dataset:
+    return xr.load_dataset(FILE, engine="h5netcdf")
+
+
+@pytest.fixture(scope="module")
+def verdict(truth: xr.Dataset) -> Verdict:
+    return compare_with_truth(truth)
+
+
+def test_the_file_is_small_and_says_where_it_is_from(truth: xr.Dataset) -> None:
+    assert FILE.stat().st_size < 3e6
+    runs = json.loads(truth.attrs["runs"])
+    assert {name for name, run in runs.items() if run["reached"]} == set(truth["case"].values)
+    assert all(run["command"].startswith("rodmodel-calibrate truth ") for run in runs.values())
+
+
+def test_states_are_those_of_the_list_with_their_roles(truth: xr.Dataset) -> None:
+    for name in dict.fromkeys(truth["case"].values):
+        own, case = truth.isel(state=truth["case"].values == name), case_of(name)
+        assert set(own["role"].values) == {case.role}
+        loads = case.loads[: own.sizes["state"]]
+        np.testing.assert_allclose(own["pressure"], [load.pressure for load in loads])
+        np.testing.assert_allclose(own["tip_force"], [load.tip_force for load in loads])
+
+
+def test_forces_balance_and_states_are_stable(truth: xr.Dataset) -> None:
+    """To the solver's tolerance: 1e-5 N with a kept stiffness, more where walls touch."""
+    assert float(truth["residual"].max()) < 1e-3
+    assert on_loading_branch(truth).all()
+
+
+def test_chambers_bend_to_their_own_side(truth: xr.Dataset) -> None:
+    """γ of single chambers is 0, 120, 240° and of pairs 60, 180, 300°, within 3°."""
+    pressure = truth["pressure"].values
+    free = ~(truth["tip_force"].values.any(axis=1) | truth["gravity"].values.any(axis=1))
+    on = pressure > 0.0
+    equal = (~on | (pressure == pressure.max(axis=1, keepdims=True))).all(axis=1)
+    expected = {(1, 0, 0): 0, (0, 1, 0): 120, (0, 0, 1): 240, (1, 1, 0): 60, (0, 1, 1): 180, (1, 0, 1): 300}
+    checked = 0
+    for k in np.flatnonzero(free & equal & on.any(axis=1)):
+        off = np.rad2deg(float(truth["bending_plane"][k])) - expected[tuple(on[k].astype(int))]
+        assert abs((off + 180.0) % 360.0 - 180.0) < 3.0
+        checked += 1
+    assert checked >= 14
+
+
+def test_the_rod_is_as_far_off_as_the_documentation_says(verdict: Verdict) -> None:
+    """Figures of docs/calibration.md: the rod bends too far, by more the more chambers are under pressure."""
+    share = verdict.angle_error / verdict.angle
+    chambers = (verdict.pressure > 0.0).sum(axis=1)
+    free = verdict.judged & ~verdict.loaded
+    assert np.median(share[free & (chambers == 1)]) < 0.02
+    assert 0.03 < np.median(share[free & (chambers == 2)]) < 0.05
+    fit, judge = (judgement(verdict, role) for role in ("fit", "judge"))
+    assert fit["tip_percent"]["median"] == pytest.approx(2.1, abs=0.1)
+    assert judge["tip_percent"]["median"] == pytest.approx(4.2, abs=0.1)
+    assert judge["loaded_tip_percent"]["median"] == pytest.approx(1.15, abs=0.1)
+    assert (fit["judged"], judge["judged"]) == (fit["states"], judge["states"])

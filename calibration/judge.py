@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Bool, Float
 
-from calibration.truth import case_of, on_loading_branch
+from calibration.samples import on_loading_branch
+from calibration.truth import case_of
 from rodmodel import CalibrationNotFoundError, FixedStep, Rod, load
 
 # Agrees with the adaptive solver to 4e-6 of the length on random cases.
@@ -84,7 +85,7 @@ def compare_with_truth(truth: xr.Dataset) -> Verdict:
         role=truth["role"].values,
         pressure=pressure,
         loaded=loaded,
-        judged=found["converged"] & found["in_domain"] & on_loading_branch(truth),
+        judged=found["converged"] & found["in_domain"] & on_loading_branch(truth, names),
         angle=truth["bending_angle"].values,
         tip=np.linalg.norm(found["tip_position"] - truth["tip_position"].values, axis=1) / length,
         angle_error=np.abs(found["bending_angle"] - truth["bending_angle"].values),

@@ -61,12 +61,16 @@ def loading_samples(dataset: xr.Dataset) -> Samples:
         path=dataset["path"].values,
         held_out=dataset["role"].values == "held-out",
     )
+    return everything.where(on_loading_branch(dataset, everything.path))
+
+
+def on_loading_branch(dataset: xr.Dataset, path: np.ndarray) -> Bool[np.ndarray, " states"]:
+    """Which states come before the first of their path that has jumped or is known to be unstable."""
     left = (dataset["stable"].values == 0) | (dataset["jumped"].values != 0)
     gone = np.zeros(len(left), dtype=bool)
-    for name in np.unique(everything.path):
-        own = everything.path == name
-        gone[own] = np.maximum.accumulate(left[own])
-    return everything.where(~gone)
+    for name in np.unique(path):
+        gone[path == name] = np.maximum.accumulate(left[path == name])
+    return ~gone
 
 
 @dataclass(frozen=True)

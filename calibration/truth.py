@@ -10,6 +10,7 @@ import xarray as xr
 from jaxtyping import Bool
 
 from calibration.provenance import code_version, today
+from calibration.samples import on_loading_branch
 from calibration.truth_cases import TruthCase, cases
 from fem_reference import Actuator, ActuatorRun, ActuatorState, MeshLevel, load_record
 
@@ -127,17 +128,7 @@ def gather(directory: Path, chosen: Sequence[TruthCase] | None = None) -> xr.Dat
 def free_states(truth: xr.Dataset) -> Bool[np.ndarray, " states"]:
     """Which states carry neither a tip force nor gravity, and are on the loading branch."""
     loaded = truth["tip_force"].values.any(axis=1) | truth["gravity"].values.any(axis=1)
-    return ~loaded & on_loading_branch(truth)
-
-
-def on_loading_branch(truth: xr.Dataset) -> Bool[np.ndarray, " states"]:
-    """Which states lie before the first jump of their case, and are stable as far as that is known."""
-    left = (truth["jumped"].values != 0) | (truth["stable"].values == 0)
-    gone = np.zeros(len(left), dtype=bool)
-    for name in np.unique(truth["case"].values):
-        own = truth["case"].values == name
-        gone[own] = np.maximum.accumulate(left[own])
-    return ~gone
+    return ~loaded & on_loading_branch(truth, truth["case"].values)
 
 
 def _at_stations(axis: dict[str, Any]) -> np.ndarray:

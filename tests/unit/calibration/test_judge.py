@@ -11,7 +11,8 @@ import rodmodel
 from calibration import ends
 from calibration.cli import main
 from calibration.judge import compare_with_truth, judgement
-from calibration.truth import TruthError, free_states, on_loading_branch
+from calibration.samples import on_loading_branch
+from calibration.truth import TruthError, free_states
 from rodmodel import Actuator, Calibration, Layout
 from tests.unit.rodmodel import synthetic
 
@@ -86,7 +87,7 @@ def test_loaded_states_and_those_behind_a_jump_are_told_apart():
     force[1, 0] = 0.01
     truth = truth_of(tip_force=(("state", "axis"), force), jumped=(("state",), np.array([0, 0, 0, 1, 0])))
     assert free_states(truth).tolist() == [True, False, True, False, False]
-    assert on_loading_branch(truth).tolist() == [True, True, True, False, False]
+    assert on_loading_branch(truth, truth["case"].values).tolist() == [True, True, True, False, False]
 
 
 @pytest.fixture(scope="module")

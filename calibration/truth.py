@@ -125,6 +125,28 @@ def gather(directory: Path, chosen: Sequence[TruthCase] | None = None) -> xr.Dat
     return xr.Dataset(data, coords=coords, attrs=attrs)
 
 
+def load_truth(file: Path) -> xr.Dataset:
+    """Read what `gather` made.
+
+    Raises
+    ------
+    TruthError
+        Where it is no such file.
+    """
+    try:
+        truth = xr.load_dataset(file, engine="h5netcdf")
+    except (OSError, ValueError) as error:
+        raise TruthError(
+            f"truth: cannot read {file} as netCDF ({error}); expected a file of `truth --gather`"
+        ) from error
+    missing = {"case", "role", "stable", *(name for name, *_ in _VARIABLES)} - set(truth)
+    if missing:
+        raise TruthError(
+            f"truth: {file} lacks {', '.join(sorted(map(str, missing)))}; expected a file of `truth --gather`"
+        )
+    return truth
+
+
 def free_states(truth: xr.Dataset) -> Bool[np.ndarray, " states"]:
     """Which states carry neither a tip force nor gravity, and are on the loading branch."""
     loaded = truth["tip_force"].values.any(axis=1) | truth["gravity"].values.any(axis=1)

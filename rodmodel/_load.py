@@ -1,7 +1,6 @@
 """Find a calibration, shipped or given, and make a rod of it."""
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import cast
@@ -68,9 +67,10 @@ def load(layout: str, psi: float = 0.0, pitch: float = 3e-3, path: str | Path | 
             turns = _turns(calibration.layout, -own if mirrored else own, psi)
             if turns is not None:
                 return _rod(calibration, turns, mirrored)
-    for rod in _oriented(found):
-        return rod.at_psi(psi)
-    raise CalibrationNotFoundError("psi", f"{psi} rad", expected)
+    oriented = _oriented(found)
+    if oriented is None:
+        raise CalibrationNotFoundError("psi", f"{psi} rad", expected)
+    return oriented.at_psi(psi)
 
 
 def load_oriented(layout: str, pitch: float = 3e-3, path: str | Path | None = None) -> OrientedRod:
@@ -93,9 +93,10 @@ def load_oriented(layout: str, pitch: float = 3e-3, path: str | Path | None = No
         be used.
     """
     found, expected = _calibrations(layout, pitch, path)
-    for rod in _oriented(found):
-        return rod
-    raise CalibrationNotFoundError("layout", f"{layout!r} at any psi", expected)
+    oriented = _oriented(found)
+    if oriented is None:
+        raise CalibrationNotFoundError("layout", f"{layout!r} at any psi", expected)
+    return oriented
 
 
 def _calibrations(layout: str, pitch: float, path: str | Path | None) -> tuple[list[Calibration], str]:
@@ -114,10 +115,11 @@ def _calibrations(layout: str, pitch: float, path: str | Path | None) -> tuple[l
     return of_pitch, expected
 
 
-def _oriented(calibrations: list[Calibration]) -> Iterator[OrientedRod]:
+def _oriented(calibrations: list[Calibration]) -> OrientedRod | None:
     for c in calibrations:
         if isinstance(c.section_law, OrientedNetwork):
-            yield OrientedRod(c.section_law, c.actuator, c.domain, c.angle_error)
+            return OrientedRod(c.section_law, c.actuator, c.domain, c.angle_error)
+    return None
 
 
 def _rod(calibration: Calibration, turns: int, mirrored: bool) -> Rod:

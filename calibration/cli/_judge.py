@@ -98,11 +98,9 @@ def _judge(options: argparse.Namespace, command: str) -> int:
 
 
 def _read(file: str) -> Any:
-    import xarray as xr
+    from calibration.truth import TruthError, load_truth
 
     try:
-        return xr.load_dataset(file, engine="h5netcdf")
-    except (OSError, ValueError) as error:
-        raise BadInputError(
-            f"truth: cannot read {file} as netCDF ({error}); expected a file of `truth --gather`"
-        ) from error
+        return load_truth(Path(file))
+    except TruthError as error:
+        raise BadInputError(str(error)) from error

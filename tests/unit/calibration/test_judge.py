@@ -35,6 +35,9 @@ def truth_of(role="fit", **changed) -> xr.Dataset:
         "tip_position": (("state", "axis"), tip),
         # Only the third column counts.
         "tip_rotation": (("state", "row", "column"), np.stack([rod, rod, axis], axis=2)),
+        # None of these has a say in the ends.
+        "volume": (("state", "chamber"), rod),
+        **{name: (("state",), np.zeros(count)) for name in ("bending_angle", "bending_plane", "residual")},
         "jumped": (("state",), np.zeros(count)),
         "stable": (("state",), np.ones(count, dtype=int)),
         "case": (("state",), np.array(["chamber1-fit"] * count, dtype=object)),
@@ -119,6 +122,8 @@ def exact() -> xr.Dataset:
             "tip_force": (("state", "axis"), np.array(states["tip_force"])),
             "gravity": (("state", "axis"), np.array(states["gravity"])),
             "tip_position": (("state", "axis"), of("tip_position")),
+            "tip_rotation": (("state", "row", "column"), of("tip_rotation")),
+            "residual": (("state",), np.zeros(count)),
             "bending_angle": (("state",), of("bending_angle")),
             "bending_plane": (("state",), of("bending_plane")),
             "volume": (("state", "chamber"), of("chamber_volume")),
@@ -170,6 +175,16 @@ def test_the_command_writes_the_ends_into_files(known_cell, tmp_path, capsys):
 def test_a_truth_that_cannot_be_read_is_told(tmp_path, capsys):
     assert main(["judge", str(tmp_path / "none.nc")]) == 2
     assert "expected a file of `truth --gather`" in capsys.readouterr().err
+
+
+def test_a_file_of_something_else_is_told(tmp_path, capsys):
+    file = tmp_path / "other.nc"
+    xr.Dataset({"pressure": (("state", "chamber"), np.zeros((2, 3)))}).to_netcdf(file, engine="h5netcdf")
+    for command in ("judge", "ends"):
+        assert main([command, str(file)]) == 2
+        line = capsys.readouterr().err
+        assert "lacks bending_angle, " in line
+        assert "expected a file of `truth --gather`" in line
 
 
 def test_the_command_prints_one_object(exact, tmp_path, capsys):

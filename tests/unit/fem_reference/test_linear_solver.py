@@ -140,3 +140,22 @@ def test_superlu_takes_over_with_a_message_where_mkl_is_missing(monkeypatch, cap
     assert record.levelno == logging.WARNING
     assert "PARDISO is not available" in record.message
     assert "SuperLU takes over" in record.message
+
+
+def test_single_pivots_give_way_to_pairs_where_one_is_too_small():
+    """A saddle with nothing on its diagonal has no single pivot at all; a definite matrix needs no pairs."""
+    solver = PardisoSolver(definite=True)
+    right = np.random.default_rng(2).uniform(-1.0, 1.0, (SIZE, 2))
+    half = SIZE // 2
+    saddle = np.kron(np.array([[0.0, 1.0], [1.0, 0.0]]), np.diag(np.linspace(1.0, 2.0, half)))
+    definite = indefinite() @ indefinite().T + np.eye(SIZE)
+    for revision, (matrix, negative) in enumerate([(definite, 0), (saddle, half), (indefinite(), NEGATIVE)]):
+        assert solver.factorise(_with_diagonal(matrix), revision) == negative
+        # Round-off times condition numbers below 1e4.
+        np.testing.assert_allclose(solver.solve(right), np.linalg.solve(matrix, right), rtol=0, atol=1e-11)
+
+
+def _with_diagonal(matrix: np.ndarray) -> sparse.csr_matrix:
+    """Upper triangle in which the diagonal's zeros are stored, as PARDISO wants them."""
+    rows, columns = np.nonzero(np.triu(matrix) + np.eye(SIZE))
+    return sparse.csr_matrix((matrix[rows, columns], (rows, columns)), shape=matrix.shape)

@@ -8,7 +8,7 @@ from rodmodel import Actuator, Calibration, Domain, Layout, OrientedNetwork, Rid
 
 # Platinum-cured silicone of this stiffness; the paper gives no density. The rod in the cavity counts the
 # same.
-DENSITY = 1080.0  # [kg/m³]
+DENSITY = 1070.0  # [kg/m³], as in the runs of the full actuator
 
 
 def actuator_of(geometry: Mapping[str, float], body_area: float) -> Actuator:
@@ -58,6 +58,7 @@ def calibration_of(
             "run_code_version": run["code_version"],
             "run_date": run["date"],
             "mesh": run["mesh"],
+            "end_compliance_m_per_n": run["end_compliance"],
             "material": run["material"],
             "geometry_m": run["geometry"],
             **provenance,

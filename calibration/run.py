@@ -12,6 +12,8 @@ from fem_reference import ActuatorGeometry, Winding
 from rodmodel import Domain
 
 PRESSURE_STEP = 4e3  # [Pa], of a path from a load to the next
+#: By how much the ends of the paper's actuator give [m/N]: `ends`, from its own runs.
+END_COMPLIANCE = 0.23e-3
 
 
 class RunError(ValueError):
@@ -28,6 +30,8 @@ class RunPlan:
     domain: Domain
     paths: int
     seed: int
+    end_compliance: float = END_COMPLIANCE
+    """See `PeriodCell` [m/N]."""
     orientations: tuple[float, float] | None = None
     """Least and largest ψ [rad] where every path has its own; that of the winding is then of no account."""
 
@@ -50,6 +54,7 @@ class RunPlan:
             "geometry": asdict(self.geometry),
             "body_area_m2": self.geometry.body_area,
             "mesh": self.level,
+            "end_compliance": self.end_compliance,
             "domain": asdict(self.domain),
             "seed": self.seed,
             "mirror": self.mirror,

@@ -34,10 +34,11 @@ class CellTracer:
     geometry: ActuatorGeometry
     winding: Winding
     level: str
+    end_compliance: float = 0.0
 
     def __call__(self) -> Trace:
         """Build the cell."""
-        cell = PeriodCell(geometry=self.geometry, winding=self.winding, level=self.level)
+        cell = PeriodCell(self.geometry, self.winding, self.level, end_compliance=self.end_compliance)
         return lambda loads, start: follow(cell, loads, start=start, jumps=False)
 
     def oriented(self, psi: float) -> "CellTracer":

@@ -76,7 +76,8 @@ class CellState:
     ----------
     load : what the cell was asked for.
     pressure : of the chambers [Pa].
-    curvature : u, body frame [1/m]; moment : ∂Π/∂u, body frame [N m].
+    curvature : u, body frame, per length at rest [1/m]; moment : ∂Π/∂u, body frame [N m].
+    stretch : of the silicone along the rod.
     energy : Π(u, p) − Π(0, 0) [J/m].
     volume : of each chamber per length, −∂Π/∂p [m²].
     hessian : ∂²Π in (u, p), 6 by 6, symmetric.
@@ -92,6 +93,7 @@ class CellState:
     pressure: Float[np.ndarray, "3"]
     curvature: Float[np.ndarray, "3"]
     moment: Float[np.ndarray, "3"]
+    stretch: float
     energy: float
     volume: Float[np.ndarray, "3"]
     hessian: Float[np.ndarray, "6 6"]
@@ -131,12 +133,14 @@ class PeriodCell:
     ----------
     geometry, material, winding, thread : the actuator; by default the paper's.
     level : ``coarse``, ``medium``, ``paper``, or element counts of your own.
+    end_compliance : how much longer the silicone becomes along the rod for each newton of the rod's pull on
+        the closed ends [m/N]. By default they give nothing.
     solver : linear solver; by default MKL PARDISO where it is installed.
 
     Raises
     ------
     ValueError
-        For an unknown mesh level.
+        For an unknown mesh level or a negative compliance.
     """
 
     def __init__(
@@ -146,14 +150,27 @@ class PeriodCell:
         level: str | MeshLevel = "coarse",
         material: Ogden | None = None,
         thread: Thread | None = None,
+        end_compliance: float = 0.0,
         solver: SymmetricSolver | None = None,
     ) -> None:
+        if not (np.isfinite(end_compliance) and end_compliance >= 0.0):
+            raise ValueError(
+                f"end_compliance: got {end_compliance!r}, expected a finite number [m/N], not negative"
+            )
         self.geometry = geometry or ActuatorGeometry()
         self.winding = winding or DoubleHelix()
         self.level = level if isinstance(level, MeshLevel) else mesh_level(level)
         self.material = material or Ogden()
         self.thread = thread or Thread()
-        self.equations = CellEquations(self.geometry, self.material, self.winding, self.thread, self.level)
+        self.end_compliance = end_compliance
+        self.equations = CellEquations(
+            self.geometry,
+            self.material,
+            self.winding,
+            self.thread,
+            self.level,
+            self.geometry.body_length / end_compliance if end_compliance > 0.0 else None,
+        )
         self._problem = CellProblem(self.equations)
         self._solver = solver or default_solver()
         self._rest: Equilibrium | None = None
@@ -209,6 +226,7 @@ class PeriodCell:
             pressure=np.asarray(target.pressure) * _MPA,
             curvature=found.configuration.curvature * _MM,
             moment=section.moment / _MM,
+            stretch=float(found.configuration.strain[3]),
             energy=energy,
             volume=volume / _MM**2,
             hessian=section.hessian * np.outer(scale, scale),
@@ -273,7 +291,7 @@ def _restated(here: CellTarget, at: Equilibrium, goal: CellTarget, period: float
         return here
     if goal.curvature is not None:
         return CellTarget(here.pressure, curvature=at.configuration.curvature)
-    return CellTarget(here.pressure, moment=at.linear.curvature_residual / period)
+    return CellTarget(here.pressure, moment=at.linear.strain_residual[:3] / period)
 
 
 def _load_of(target: CellTarget) -> Load:

@@ -1,8 +1,13 @@
-"""Equilibrium of the period cell: energy, residual and Hessian in the nodes, the curvature u and p.
+"""Equilibrium of the period cell: energy, residual and Hessian in the nodes, the strain and p.
 
-Total energy of one period (N, mm, MPa):
+Total energy of one period (N, mm, MPa), y = (u, λ) being curvature and stretch per length at rest:
 
-    E(x, u, p) = solid + thread + rod contact + wall contact + period·EI/2 (u1² + u2²) − Σ_k p_k V_k.
+    E(x, y, p) = solid + thread + rod contact + wall contact + period·EI/2 (u1² + u2²)/λ
+                 + period·k/2 (λ − 1)² − Σ_k p_k V_k.
+
+The silicone slides along the rod, which keeps its length. Over a whole actuator it is as much longer in the
+middle as the closed ends give under the rod's pull: seen from a section, a spring k along the rod. Where the
+ends give nothing, λ = 1.
 
 Two multipliers hold the gauge: mean axial slip and mean rotation about the rod of the bottom section are
 zero.
@@ -22,7 +27,7 @@ from fem_reference.helical import HelicalFrame, HelicalMap
 from fem_reference.material import Ogden
 from fem_reference.mesh import BOTTOM, body_mesh
 from fem_reference.rod_contact import RodContact, RodResponse
-from fem_reference.screw import screw_series
+from fem_reference.screw import ScrewSeries, screw_series
 from fem_reference.section import CAVITY, CHAMBERS, MILLIMETRE, MeshLevel
 from fem_reference.solid import SolidElements
 from fem_reference.thread import ThreadSegments
@@ -48,10 +53,17 @@ class CellEquations:
     ----------
     geometry, material, winding, thread : the actuator.
     level : mesh density.
+    axial_stiffness : k, of the ends by the body's length [N]; None where they hold the silicone's length.
     """
 
     def __init__(
-        self, geometry: ActuatorGeometry, material: Ogden, winding: Winding, thread: Thread, level: MeshLevel
+        self,
+        geometry: ActuatorGeometry,
+        material: Ogden,
+        winding: Winding,
+        thread: Thread,
+        level: MeshLevel,
+        axial_stiffness: float | None = None,
     ) -> None:
         winding.refuse_overlap(thread)
         self.mesh = body_mesh(geometry, winding.period, level)
@@ -69,7 +81,8 @@ class CellEquations:
         self.walls = WallContact(self.mesh.points, np.concatenate([c.quads for c in self.chambers]))
         radius = geometry.cavity_diameter / 2.0 * MILLIMETRE
         self.rod = self._rod_contact(radius)
-        self.rod_stiffness = ROD_YOUNG_MODULUS * np.pi * radius**4 / 4.0 * np.array([1.0, 1.0, 0.0])
+        self.rod_stiffness = ROD_YOUNG_MODULUS * np.pi * radius**4 / 4.0
+        self.axial_stiffness = axial_stiffness
         self._rest_positions = self.mesh.points[self.helical.independent]
         self._gauge = self._gauge_rows()
         self._gauge_entries = self._gauge_matrix_entries()
@@ -121,7 +134,7 @@ class CellEquations:
         """The unloaded cell."""
         return Configuration(
             positions=self._rest_positions.copy(),
-            curvature=np.zeros(3),
+            strain=np.array([0.0, 0.0, 0.0, 1.0]),
             element_pressure=np.zeros((len(self.solid), self.solid.modes)),
             segment_tension=np.zeros(len(self.thread)),
             multipliers=np.zeros(GAUGES),
@@ -129,11 +142,11 @@ class CellEquations:
 
     def all_positions(self, at: Configuration) -> Float[np.ndarray, "nodes 3"]:
         """Positions of every node [mm]."""
-        return HelicalFrame(self.helical, at.positions, screw_series(at.curvature, self.reach)).positions
+        return HelicalFrame(self.helical, at.positions, self.series(at)).positions
 
     def period_motion(self, at: Configuration) -> tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, "3"]]:
         """Rotation, and translation [mm], that take the cell to the next period."""
-        motion, *_ = screw_series(at.curvature, self.reach).at(self.period)
+        motion, *_ = self.series(at).at(self.period)
         return motion[:3, :3], motion[:3, 3]
 
     def volumes(self, at: Configuration) -> Float[np.ndarray, "3"]:
@@ -143,15 +156,40 @@ class CellEquations:
 
     def energy(self, at: Configuration) -> float:
         """Stored energy of one period, without the work of the pressures [N mm]."""
-        series = screw_series(at.curvature, self.reach)
+        series = self.series(at)
         positions = HelicalFrame(self.helical, at.positions, series).positions
         return (
             self.solid.energy(positions)
             + self.thread.energy(positions)
             + self.rod.response(positions, series).energy
             + self.walls.energy(positions)
-            + self.period / 2.0 * float(self.rod_stiffness @ at.curvature**2)
+            + self.period * self._axial(at.strain)[0]
         )
+
+    def series(self, at: Configuration) -> ScrewSeries:
+        """Of the rigid motions along the rod."""
+        return screw_series(at.curvature, self.reach, float(at.strain[3]))
+
+    def _axial(
+        self, strain: Float[np.ndarray, "4"]
+    ) -> tuple[float, Float[np.ndarray, "4"], Float[np.ndarray, "4 4"]]:
+        """Energy per length of the rod's bending and of the ends' spring, and its two derivatives."""
+        bend, stretch = strain[:2], strain[3]
+        square = float(bend @ bend)
+        first, second = np.zeros(4), np.zeros((4, 4))
+        first[:2] = bend / stretch
+        first[3] = -0.5 * square / stretch**2
+        second[[0, 1], [0, 1]] = 1.0 / stretch
+        second[:2, 3] = second[3, :2] = -bend / stretch**2
+        second[3, 3] = square / stretch**3
+        energy = 0.5 * self.rod_stiffness * square / stretch
+        first *= self.rod_stiffness
+        second *= self.rod_stiffness
+        if self.axial_stiffness is not None:
+            energy += 0.5 * self.axial_stiffness * (stretch - 1.0) ** 2
+            first[3] += self.axial_stiffness * (stretch - 1.0)
+            second[3, 3] += self.axial_stiffness
+        return energy, first, second
 
     def linearise(
         self,
@@ -170,7 +208,7 @@ class CellEquations:
             Hessian of the energy even away from equilibrium.
         viscous : resistance in a step in time.
         """
-        series = screw_series(at.curvature, self.reach)
+        series = self.series(at)
         frame = HelicalFrame(self.helical, at.positions, series)
         x = frame.positions
         solid = self.solid.response(x, None if exact else at.element_pressure)
@@ -187,13 +225,13 @@ class CellEquations:
                 parts.append((-p * gradient, -p * patch.hessian(x)))
         parts.append((rod.node_force, rod.node_stiffness))
 
-        # Forces, and stiffness times ∂x/∂u, over all nodes; stiffness over the independent ones.
+        # Forces, and stiffness times ∂x/∂y, over all nodes; stiffness over the independent ones.
         force = np.zeros_like(x)
-        columns = np.zeros((len(x), 3, 3))
-        np.add.at(columns, self.rod.nodes, rod.node_curvature)
+        columns = np.zeros((len(x), 3, 4))
+        np.add.at(columns, self.rod.nodes, rod.node_strain)
         if walls is not None:
             force += walls[0]
-            columns += (walls[1] @ frame.curvature_motion.reshape(-1, 3)).reshape(-1, 3, 3)
+            columns += (walls[1] @ frame.strain_motion.reshape(-1, 4)).reshape(-1, 3, 4)
             wall_entries = _upper_entries(frame, walls[1])
             self.pattern.extend(*wall_entries[:2])
         data = np.zeros(len(self.pattern))
@@ -207,9 +245,9 @@ class CellEquations:
             self.pattern.add_group(data, group, frame.rotate_blocks(nodes, local_stiffness))
         self.pattern.add_entries(data, *self._gauge_entries)
 
-        residual, curvature_residual = self._residuals(at, frame, force, rod)
-        free_columns, curvature_columns = frame.pull_columns(columns)
-        mixed, curvature_geometric = frame.geometric(force)
+        residual, strain_residual = self._residuals(at, frame, force, rod)
+        free_columns, strain_columns = frame.pull_columns(columns)
+        mixed, strain_geometric = frame.geometric(force)
         volume_force = np.stack(
             [
                 sum(scatter(p.connectivity, g, len(x)) for p, g in zip(c.patches, gradients, strict=True))
@@ -217,20 +255,16 @@ class CellEquations:
             ],
             axis=-1,
         )
-        volume_free, volume_curvature = frame.pull_columns(volume_force)
-        beam = self.period * self.rod_stiffness
-        zeros = np.zeros((GAUGES, 3))
+        volume_free, volume_strain = frame.pull_columns(volume_force)
+        axial = self.period * self._axial(at.strain)[2]
         return CellLinearisation(
             residual=residual,
-            curvature_residual=curvature_residual,
+            strain_residual=strain_residual,
             data=data,
-            node_curvature=np.concatenate([(free_columns + mixed).reshape(-1, 3), zeros]),
-            node_pressure=np.concatenate([-volume_free.reshape(-1, 3), zeros]),
-            curvature_curvature=curvature_columns
-            + curvature_geometric
-            + rod.curvature_stiffness
-            + np.diag(beam),
-            curvature_pressure=-volume_curvature,
+            node_strain=_over_gauges((free_columns + mixed).reshape(-1, 4)),
+            node_pressure=_over_gauges(-volume_free.reshape(-1, 3)),
+            strain_strain=strain_columns + strain_geometric + rod.strain_stiffness + axial,
+            strain_pressure=-volume_strain,
             volume=np.array([c.volume(x) for c in self.chambers]),
             walls_touch=walls is not None,
             frame=frame,
@@ -246,7 +280,7 @@ class CellEquations:
         viscous: ViscousSolid | None = None,
     ) -> CellLinearisation:
         """The residual taken anew, with the Hessian of ``linear``; see `linearise`."""
-        series = screw_series(at.curvature, self.reach)
+        series = self.series(at)
         frame = HelicalFrame(self.helical, at.positions, series)
         x = frame.positions
         rod, walls = self.rod.response(x, series), self.walls.force(x)
@@ -258,26 +292,26 @@ class CellEquations:
         force = np.zeros_like(x) if walls is None else walls
         for nodes, local in zip(self._connectivities(), parts, strict=True):
             force += scatter(nodes, local, len(x))
-        residual, curvature_residual = self._residuals(at, frame, force, rod)
+        residual, strain_residual = self._residuals(at, frame, force, rod)
         return replace(
             linear,
             residual=residual,
-            curvature_residual=curvature_residual,
+            strain_residual=strain_residual,
             walls_touch=walls is not None,
             frame=frame,
         )
 
     def _residuals(
         self, at: Configuration, frame: HelicalFrame, force: Float[np.ndarray, "nodes 3"], rod: RodResponse
-    ) -> tuple[Float[np.ndarray, " q"], Float[np.ndarray, "3"]]:
-        """Residuals conjugate to nodes and multipliers, and to u, from the forces on all nodes."""
-        free_force, curvature_force = frame.pull_force(force)
+    ) -> tuple[Float[np.ndarray, " q"], Float[np.ndarray, "4"]]:
+        """Residuals conjugate to nodes and multipliers, and to the strain, from the forces on all nodes."""
+        free_force, strain_force = frame.pull_force(force)
         slip = self._gauge @ (at.positions - self._rest_positions).ravel()
         residual = np.concatenate(
             [free_force.ravel() + at.multipliers @ self._gauge, slip - _GAUGE_COMPLIANCE * at.multipliers]
         )
-        beam = self.period * self.rod_stiffness * at.curvature
-        return residual, curvature_force + rod.curvature_force + beam
+        axial = self.period * self._axial(at.strain)[1]
+        return residual, strain_force + rod.strain_force + axial
 
     def convex_walls(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
         """The stiffness' data with the walls' contact made convex, pair by pair."""
@@ -292,7 +326,7 @@ class CellEquations:
         self, at: Configuration, step: Step, fraction: float, linear: CellLinearisation
     ) -> Configuration:
         """Take a fraction of a Newton step, with the condensed pressures and tensions."""
-        move = linear.frame.motion(step.positions, step.curvature)
+        move = linear.frame.motion(step.positions, step.strain)
         x = linear.frame.positions
         solid, thread = self.solid, self.thread
         stretch = np.einsum(
@@ -304,11 +338,16 @@ class CellEquations:
         tension = thread.tension(x) + thread.axial_stiffness * stretch / thread.rest_length
         return Configuration(
             positions=at.positions + fraction * step.positions,
-            curvature=at.curvature + fraction * step.curvature,
+            strain=at.strain + fraction * step.strain,
             element_pressure=at.element_pressure + fraction * (pressure - at.element_pressure),
             segment_tension=at.segment_tension + fraction * (tension - at.segment_tension),
             multipliers=at.multipliers + fraction * step.multipliers,
         )
+
+
+def _over_gauges(columns: Float[np.ndarray, "free m"]) -> Float[np.ndarray, "q m"]:
+    """The columns with rows of zeros for the multipliers, which neither strain nor pressure enters."""
+    return np.concatenate([columns, np.zeros((GAUGES, columns.shape[1]))])
 
 
 def _upper_entries(

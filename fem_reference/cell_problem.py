@@ -9,14 +9,14 @@ from fem_reference.cell_equations import GAUGES, SOLID, CellEquations
 from fem_reference.configuration import CellLinearisation, Configuration, Step
 from fem_reference.linear_solver import SymmetricSolver
 from fem_reference.problem import NewtonError, Problem
-from fem_reference.screw import screw_series
 from fem_reference.viscous_solid import ViscousSolid
 
 # Largest turn of the top face in one step [rad].
 _MAX_TURN = 0.05
 _WALL_MARGIN = 0.9
-# Change of u that counts as the contact's noise [1/mm]: 0.007° over 60 mm.
-_CONTACT_CURVATURE_STEP = 2e-6
+# Change of the strain that counts as the contact's noise: of u [1/mm], 0.007° over 60 mm; of the stretch, the
+# same at the wall's radius.
+_CONTACT_STRAIN_STEP = np.array([2e-6, 2e-6, 2e-6, 1e-5])
 
 
 @dataclass(frozen=True)
@@ -74,9 +74,10 @@ class CellProblem(Problem):
     def begin(self, start: Configuration, target: CellTarget) -> Configuration:
         """The start with the imposed curvature, if there is one."""
         equations = self.equations
-        at = start if target.curvature is None else replace(start, curvature=target.curvature)
-        series = screw_series(at.curvature, equations.reach)
-        if not equations.rod.admissible(equations.all_positions(at), series):
+        at = start
+        if target.curvature is not None:
+            at = replace(start, strain=np.append(target.curvature, start.strain[3]))
+        if not equations.rod.admissible(equations.all_positions(at), equations.series(at)):
             raise NewtonError("the start has the cavity's wall inside the rod")
         return at
 
@@ -115,34 +116,45 @@ class CellProblem(Problem):
         return stiffer
 
     def imbalance(self, linear: CellLinearisation, target: CellTarget) -> float:
-        """Moment that the section lacks [N mm], in free bending."""
-        if target.moment is None:
-            return 0.0
-        return float(np.abs(linear.curvature_residual / self.equations.period - target.moment).max())
+        """Moment that the section lacks [N mm], in free bending, and pull of the rod [N], where it slides."""
+        lacking = self._strain_residual(linear, target)[self._unknown(target)] / self.equations.period
+        return float(np.abs(lacking).max(initial=0.0))
+
+    def _unknown(self, target: CellTarget) -> slice:
+        """The strain's unknown components: the curvature in free bending, the stretch beside a spring."""
+        return slice(
+            0 if target.moment is not None else 3, 3 if self.equations.axial_stiffness is None else 4
+        )
+
+    def _strain_residual(self, linear: CellLinearisation, target: CellTarget) -> Float[np.ndarray, "4"]:
+        """Residual conjugate to the strain, the external moment taken off."""
+        moment = np.zeros(3) if target.moment is None else target.moment
+        return linear.strain_residual - self.equations.period * np.append(moment, 0.0)
 
     def newton_step(self, solver: SymmetricSolver, linear: CellLinearisation, target: CellTarget) -> Step:
-        """Step of nodes, multipliers and, in free bending, of u by its Schur complement."""
-        if target.moment is None:
-            dq, du = solver.solve(-linear.residual[:, None])[:, 0], np.zeros(3)
-        else:
-            moment_residual = linear.curvature_residual - self.equations.period * target.moment
-            solution = solver.solve(np.column_stack([-linear.residual, linear.node_curvature]))
-            schur = linear.curvature_curvature - linear.node_curvature.T @ solution[:, 1:]
-            du = np.linalg.solve(schur, -moment_residual - linear.node_curvature.T @ solution[:, 0])
-            dq = solution[:, 0] - solution[:, 1:] @ du
-        return Step(dq[:-GAUGES].reshape(-1, 3), du, dq[-GAUGES:])
+        """Step of nodes, multipliers and, by their Schur complement, of the strain's unknown components."""
+        unknown = self._unknown(target)
+        coupling = linear.node_strain[:, unknown]
+        solution = solver.solve(np.column_stack([-linear.residual, coupling]))
+        dq, strain = solution[:, 0], np.zeros(4)
+        if coupling.size:
+            schur = linear.strain_strain[unknown, unknown] - coupling.T @ solution[:, 1:]
+            lacking = -self._strain_residual(linear, target)[unknown] - coupling.T @ dq
+            strain[unknown] = np.linalg.solve(schur, lacking)
+            dq = dq - solution[:, 1:] @ strain[unknown]
+        return Step(dq[:-GAUGES].reshape(-1, 3), strain, dq[-GAUGES:])
 
     def size(self, step: Step, linear: CellLinearisation) -> float:
         """Root-mean-square displacement of the nodes in a step [mm], the turn of the top face included."""
-        return float(np.sqrt(np.mean(linear.frame.motion(step.positions, step.curvature) ** 2)))
+        return float(np.sqrt(np.mean(linear.frame.motion(step.positions, step.strain) ** 2)))
 
     def is_small(self, step: Step) -> bool:
-        """Whether u moves by no more than the contact's noise may move it."""
-        return float(np.abs(step.curvature).max()) <= _CONTACT_CURVATURE_STEP
+        """Whether the strain moves by no more than the contact's noise may move it."""
+        return bool((np.abs(step.strain) <= _CONTACT_STRAIN_STEP).all())
 
     def longest(self, step: Step) -> float:
         """Share of a step that turns the top face by an angle that a linearisation stands for."""
-        turn = float(np.linalg.norm(step.curvature)) * self.equations.period
+        turn = float(np.linalg.norm(step.strain[:3])) * self.equations.period
         return min(1.0, _MAX_TURN / turn) if turn > 0.0 else 1.0
 
     def advance(
@@ -158,8 +170,10 @@ class CellProblem(Problem):
         limit = equations.walls.step_limit(linear.frame.positions, x)
         if limit < 1.0:
             return _WALL_MARGIN * limit
-        series = screw_series(trial.curvature, equations.reach)
-        good = equations.rod.admissible(x, series) and equations.solid.dilatation(x)[:, 0].min() > -0.9
+        good = (
+            equations.rod.admissible(x, equations.series(trial))
+            and equations.solid.dilatation(x)[:, 0].min() > -0.9
+        )
         return 1.0 if good else 0.5
 
     def mean(self, states: list[Configuration], weights: list[float]) -> Configuration:
@@ -174,7 +188,7 @@ class CellProblem(Problem):
         """Whether an extrapolated configuration is one that Newton's method can start from."""
         equations = self.equations
         try:
-            series = screw_series(guess.curvature, equations.reach)
+            series = equations.series(guess)
         except ValueError:
             return False
         x = equations.all_positions(guess)

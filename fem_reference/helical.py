@@ -1,7 +1,7 @@
-"""Helical periodicity: the top face of the cell is the image of its bottom face under g = exp(pitch·(e3, u)).
+"""Helical periodicity: the cell's top face is the image of its bottom face under g = exp(pitch·(λ e3, u)).
 
-Positions of all nodes follow from those of the independent ones (all but the top face's) and from u. This
-file maps forces and tangents over all nodes back to the independent nodes and u. Lengths mm.
+Positions of all nodes follow from those of the independent ones (all but the top face's) and from the strain
+y = (u, λ). This file maps forces and tangents over all nodes back to the independent nodes and y. Lengths mm.
 """
 
 import numpy as np
@@ -81,13 +81,13 @@ def _next_period(
 
 
 class HelicalFrame:
-    """The map at one u: positions, and the pull-back of forces and tangents.
+    """The map at one strain: positions, and the pull-back of forces and tangents.
 
     Parameters
     ----------
     helical : the pairs of nodes.
     positions : of the independent nodes [mm].
-    series : of the rod's rigid motion at u.
+    series : of the rigid motion at that strain.
     """
 
     def __init__(
@@ -103,40 +103,40 @@ class HelicalFrame:
         self._second = np.einsum("uvij,nj->niuv", second[:, :, :3, :3], source) + second[
             :, :, :3, 3
         ].transpose(2, 0, 1)
-        #: ∂x/∂u of every node, (node, 3, u); zero for the independent ones.
-        self.curvature_motion = np.zeros((len(helical.base), 3, 3))
-        self.curvature_motion[helical.images] = (
+        #: ∂x/∂y of every node, (node, 3, y); zero for the independent ones.
+        self.strain_motion = np.zeros((len(helical.base), 3, 4))
+        self.strain_motion[helical.images] = (
             np.einsum("uij,nj->niu", self._first_rotation, source) + first[:, :3, 3].T
         )
 
-    def motion(self, step: Float[np.ndarray, "free 3"], curvature_step: Float[np.ndarray, "3"]) -> np.ndarray:
-        """Linearised displacement of all nodes under a step of the independent ones and of u."""
+    def motion(self, step: Float[np.ndarray, "free 3"], strain_step: Float[np.ndarray, "4"]) -> np.ndarray:
+        """Linearised displacement of all nodes under a step of the independent ones and of the strain."""
         moved = step[self._map.base]
         moved[self._map.images] = step[self._map.sources] @ self.rotation.T
-        return moved + self.curvature_motion @ curvature_step
+        return moved + self.strain_motion @ strain_step
 
     def pull_force(
         self, force: Float[np.ndarray, "nodes 3"]
-    ) -> tuple[Float[np.ndarray, "free 3"], Float[np.ndarray, "3"]]:
-        """Forces conjugate to the independent nodes and to u."""
+    ) -> tuple[Float[np.ndarray, "free 3"], Float[np.ndarray, "4"]]:
+        """Forces conjugate to the independent nodes and to the strain."""
         free = force[self._map.independent].copy()
         np.add.at(free, self._map.sources, force[self._map.images] @ self.rotation)
-        return free, np.einsum("ni,niu->u", force, self.curvature_motion)
+        return free, np.einsum("ni,niu->u", force, self.strain_motion)
 
     def pull_columns(
         self, columns: Float[np.ndarray, "nodes 3 m"]
-    ) -> tuple[Float[np.ndarray, "free 3 m"], Float[np.ndarray, "3 m"]]:
+    ) -> tuple[Float[np.ndarray, "free 3 m"], Float[np.ndarray, "4 m"]]:
         """`pull_force` for several columns."""
         free = columns[self._map.independent].copy()
         np.add.at(free, self._map.sources, np.swapaxes(self.rotation[None], 1, 2) @ columns[self._map.images])
-        return free, np.einsum("niu,nim->um", self.curvature_motion, columns)
+        return free, np.einsum("niu,nim->um", self.strain_motion, columns)
 
     def geometric(
         self, force: Float[np.ndarray, "nodes 3"]
-    ) -> tuple[Float[np.ndarray, "free 3 3"], Float[np.ndarray, "3 3"]]:
-        """Second derivatives of the map contracted with the force: (node, u) and (u, u) blocks."""
+    ) -> tuple[Float[np.ndarray, "free 3 4"], Float[np.ndarray, "4 4"]]:
+        """Second derivatives of the map contracted with the force: (node, y) and (y, y) blocks."""
         image = force[self._map.images]
-        mixed = np.zeros((self._map.count, 3, 3))
+        mixed = np.zeros((self._map.count, 3, 4))
         np.add.at(mixed, self._map.sources, np.einsum("ni,uij->nju", image, self._first_rotation))
         return mixed, np.einsum("ni,niuv->uv", image, self._second)
 
@@ -156,13 +156,13 @@ class HelicalFrame:
         return blocks
 
     def block_columns(self, connectivity: Int[np.ndarray, "blocks nodes"], blocks: np.ndarray) -> np.ndarray:
-        """Σ_blocks K ∂x/∂u over all nodes, (node, 3, u)."""
+        """Σ_blocks K ∂x/∂y over all nodes, (node, 3, y)."""
         touched = np.flatnonzero(self._map.is_image[connectivity].any(axis=1))
-        columns = np.zeros((len(self._map.base), 3, 3))
+        columns = np.zeros((len(self._map.base), 3, 4))
         if touched.size:
             nodes = connectivity[touched]
-            local = self.curvature_motion[nodes].reshape(len(touched), -1, 3)
-            np.add.at(columns, nodes, (blocks[touched] @ local).reshape(*nodes.shape, 3, 3))
+            local = self.strain_motion[nodes].reshape(len(touched), -1, 4)
+            np.add.at(columns, nodes, (blocks[touched] @ local).reshape(*nodes.shape, 3, 4))
         return columns
 
     def transformation(self) -> sparse.csr_matrix:

@@ -1,9 +1,9 @@
 """Frictionless unilateral contact between the cavity's wall and the central rod.
 
-The rod is a tube of constant curvature around the axis c(s; u), the translation of exp(s·(e3, u)). A node's
-gap is its distance to the axis less the rod's radius; it depends on the node and on u. The wall may leave the
-rod; the barrier of `interface` keeps it from
-entering. Lengths mm, pressures MPa.
+The rod is a tube of constant curvature around the axis c(s; y), the translation of exp(s·(λ e3, u)) with the
+strain y = (u, λ). A node's gap is its distance to the axis less the rod's radius; it depends on the node and
+on y. The wall may leave the rod; the barrier of `interface` keeps it from entering.
+Lengths mm, pressures MPa.
 """
 
 from dataclasses import dataclass
@@ -17,14 +17,14 @@ from fem_reference.screw import ScrewSeries
 
 @dataclass(frozen=True)
 class RodResponse:
-    """Contact energy [N mm] with its derivatives in the nodes and in u."""
+    """Contact energy [N mm] with its derivatives in the nodes and in the strain (u, λ)."""
 
     energy: float
     node_force: Float[np.ndarray, "contacts 3"]
     node_stiffness: Float[np.ndarray, "contacts 3 3"]
-    curvature_force: Float[np.ndarray, "3"]
-    node_curvature: Float[np.ndarray, "contacts 3 3"]
-    curvature_stiffness: Float[np.ndarray, "3 3"]
+    strain_force: Float[np.ndarray, "4"]
+    node_strain: Float[np.ndarray, "contacts 3 4"]
+    strain_stiffness: Float[np.ndarray, "4 4"]
 
 
 class RodContact:
@@ -68,22 +68,22 @@ class RodContact:
         powers = s[:, None] ** np.arange(len(series.value))
         slopes = np.zeros_like(powers)
         slopes[:, 1:] = powers[:, :-1] * np.arange(1, powers.shape[1])
-        axis_u = np.einsum("nk,kui->niu", powers, series.first[:, :, :3, 3])
-        tangent_u = np.einsum("nk,kui->niu", slopes, series.first[:, :, :3, 3])
-        axis_uu = np.einsum("nk,kuvi->niuv", powers, series.second[:, :, :, :3, 3])
+        axis_y = np.einsum("nk,kui->niu", powers, series.first[:, :, :3, 3])
+        tangent_y = np.einsum("nk,kui->niu", slopes, series.first[:, :, :3, 3])
+        axis_yy = np.einsum("nk,kuvi->niuv", powers, series.second[:, :, :, :3, 3])
 
-        # D = ½|x − c(s; u)|² and its derivatives in y = (x, u); s is stationary.
+        # D = ½|x − c(s; u)|² and its derivatives in (x, y); s is stationary.
         count = len(x)
-        gradient = np.concatenate([offset, -np.einsum("ni,niu->nu", offset, axis_u)], axis=1)
-        hessian = np.zeros((count, 6, 6))
+        gradient = np.concatenate([offset, -np.einsum("ni,niu->nu", offset, axis_y)], axis=1)
+        hessian = np.zeros((count, 7, 7))
         hessian[:, :3, :3] = np.eye(3)
-        hessian[:, :3, 3:] = -axis_u
-        hessian[:, 3:, :3] = -np.swapaxes(axis_u, 1, 2)
-        hessian[:, 3:, 3:] = np.einsum("niu,niv->nuv", axis_u, axis_u) - np.einsum(
-            "ni,niuv->nuv", offset, axis_uu
+        hessian[:, :3, 3:] = -axis_y
+        hessian[:, 3:, :3] = -np.swapaxes(axis_y, 1, 2)
+        hessian[:, 3:, 3:] = np.einsum("niu,niv->nuv", axis_y, axis_y) - np.einsum(
+            "ni,niuv->nuv", offset, axis_yy
         )
         mixed = np.concatenate(
-            [-tangent, np.einsum("ni,niu->nu", tangent, axis_u) - np.einsum("ni,niu->nu", offset, tangent_u)],
+            [-tangent, np.einsum("ni,niu->nu", tangent, axis_y) - np.einsum("ni,niu->nu", offset, tangent_y)],
             axis=1,
         )
         hessian -= mixed[:, :, None] * mixed[:, None, :] / bend[:, None, None]
@@ -103,9 +103,9 @@ class RodContact:
             energy=float((self._areas * energy).sum()),
             node_force=force[:, :3],
             node_stiffness=stiffness[:, :3, :3],
-            curvature_force=force[:, 3:].sum(axis=0),
-            node_curvature=stiffness[:, :3, 3:],
-            curvature_stiffness=stiffness[:, 3:, 3:].sum(axis=0),
+            strain_force=force[:, 3:].sum(axis=0),
+            node_strain=stiffness[:, :3, 3:],
+            strain_stiffness=stiffness[:, 3:, 3:].sum(axis=0),
         )
 
     def pressure(

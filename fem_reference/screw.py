@@ -1,7 +1,8 @@
-"""The rod's rigid motions exp(s·(v, u)) in SE(3), with first and second derivatives in the curvature u.
+"""The rigid motions exp(s·(λ e3, u)) in SE(3), with first and second derivatives in the strain (u, λ).
 
-The rod is inextensible: v = (0, 0, 1). Over one pitch s|u| stays well below one, so that the exponential's
-series reaches round-off in a few terms, is exact at u = 0, and has polynomial derivatives.
+s is the body's length at rest, and λ its stretch along the rod: λs is the rod's arc length, as the rod itself
+is inextensible. Over one pitch s|u| stays well below one, so that the exponential's series reaches round-off
+in a few terms, is exact at u = 0, and has polynomial derivatives.
 """
 
 from dataclasses import dataclass
@@ -19,23 +20,23 @@ LEVI_CIVITA[[1, 2, 0], [0, 1, 2], [2, 0, 1]] = -1.0
 
 @dataclass(frozen=True)
 class ScrewSeries:
-    """Coefficients of exp(sΞ) = Σ_k s^k C_k, and their derivatives in u.
+    """Coefficients of exp(sΞ) = Σ_k s^k C_k, and their derivatives in y = (u, λ).
 
     Parameters
     ----------
     value : C_k, (k, 4, 4).
-    first : ∂C_k/∂u_i, (k, 3, 4, 4).
-    second : ∂²C_k/∂u_i∂u_j, (k, 3, 3, 4, 4).
+    first : ∂C_k/∂y_i, (k, 4, 4, 4).
+    second : ∂²C_k/∂y_i∂y_j, (k, 4, 4, 4, 4).
     """
 
     value: Float[np.ndarray, "terms 4 4"]
-    first: Float[np.ndarray, "terms 3 4 4"]
-    second: Float[np.ndarray, "terms 3 3 4 4"]
+    first: Float[np.ndarray, "terms 4 4 4"]
+    second: Float[np.ndarray, "terms 4 4 4 4"]
 
     def at(
         self, s: float
-    ) -> tuple[Float[np.ndarray, "4 4"], Float[np.ndarray, "3 4 4"], Float[np.ndarray, "3 3 4 4"]]:
-        """exp(sΞ) and its first and second derivatives in u, as homogeneous matrices [R c; 0 1]."""
+    ) -> tuple[Float[np.ndarray, "4 4"], Float[np.ndarray, "4 4 4"], Float[np.ndarray, "4 4 4 4"]]:
+        """exp(sΞ) and its first and second derivatives in (u, λ), as homogeneous matrices [R c; 0 1]."""
         powers = s ** np.arange(_TERMS)
         return (
             np.tensordot(powers, self.value, 1),
@@ -44,13 +45,14 @@ class ScrewSeries:
         )
 
 
-def screw_series(curvature: Float[np.ndarray, "3"], length: float) -> ScrewSeries:
-    """Series of exp(sΞ(u)) for 0 ≤ |s| ≤ ``length``.
+def screw_series(curvature: Float[np.ndarray, "3"], length: float, stretch: float = 1.0) -> ScrewSeries:
+    """Series of exp(sΞ(u, λ)) for 0 ≤ |s| ≤ ``length``.
 
     Parameters
     ----------
-    curvature : u, body frame [1/mm].
+    curvature : u, body frame, per length at rest [1/mm].
     length : largest |s| at which the series is used [mm].
+    stretch : λ.
 
     Raises
     ------
@@ -64,13 +66,14 @@ def screw_series(curvature: Float[np.ndarray, "3"], length: float) -> ScrewSerie
         )
     xi = np.zeros((4, 4))
     xi[:3, :3] = cross_matrix(curvature)
-    xi[2, 3] = 1.0
-    d_xi = np.zeros((3, 4, 4))
+    xi[2, 3] = stretch
+    d_xi = np.zeros((4, 4, 4))
+    d_xi[3, 2, 3] = 1.0
     for i in range(3):
         d_xi[i, :3, :3] = cross_matrix(np.eye(3)[i])
     value = np.zeros((_TERMS, 4, 4))
-    first = np.zeros((_TERMS, 3, 4, 4))
-    second = np.zeros((_TERMS, 3, 3, 4, 4))
+    first = np.zeros((_TERMS, 4, 4, 4))
+    second = np.zeros((_TERMS, 4, 4, 4, 4))
     value[0] = np.eye(4)
     for k in range(1, _TERMS):
         value[k] = xi @ value[k - 1] / k

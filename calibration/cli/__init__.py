@@ -18,6 +18,7 @@ from calibration.cli._arguments import (
     Parser,
     complain,
     count,
+    not_negative,
     number,
     positive,
     refuse_unwritable,
@@ -44,7 +45,7 @@ def _run(options: argparse.Namespace, command: str) -> int:
     from dataclasses import asdict
 
     from calibration.dataset import DatasetError, build_dataset, save_dataset
-    from calibration.run import RunError, RunPlan, open_run
+    from calibration.run import END_COMPLIANCE, RunError, RunPlan, open_run
     from calibration.sweep import SweepError, run_sweep
     from calibration.tracing import CellTracer
     from fem_reference import ActuatorGeometry, Ogden, Thread, layout
@@ -61,6 +62,7 @@ def _run(options: argparse.Namespace, command: str) -> int:
         winding.refuse_overlap(Thread())
     except ValueError as error:
         raise BadInputError(f"--layout {options.layout}: {error}") from error
+    compliance = options.end_compliance_mm_per_n
     plan = RunPlan(
         geometry=ActuatorGeometry(),
         winding=winding,
@@ -73,6 +75,7 @@ def _run(options: argparse.Namespace, command: str) -> int:
         ),
         paths=options.paths,
         seed=options.seed,
+        end_compliance=END_COMPLIANCE if compliance is None else 1e-3 * compliance,
         orientations=(psi[0], psi[1]) if len(psi) == 2 else None,
     )
     directory = Path(options.out)
@@ -81,7 +84,7 @@ def _run(options: argparse.Namespace, command: str) -> int:
             directory, plan, command, {"body": asdict(Ogden()), "thread": asdict(Thread())}
         )
         paths = plan.design()
-        tracer = CellTracer(plan.geometry, plan.winding, plan.level)
+        tracer = CellTracer(plan.geometry, plan.winding, plan.level, plan.end_compliance)
         records = run_sweep(tracer, paths, directory, options.workers, options.scheduler)
         dataset = build_dataset(paths, records, description)
         save_dataset(dataset, directory / "dataset.nc")
@@ -255,6 +258,13 @@ def _parser() -> argparse.ArgumentParser:
     )
     run.add_argument("--paths", type=count, default=100, help="loading paths, every fifth of them held out")
     run.add_argument("--seed", type=int, default=0, help="of the design")
+    run.add_argument(
+        "--end-compliance-mm-per-n",
+        type=not_negative,
+        default=None,
+        metavar="C",
+        help="by how much the ends give along the rod (default: those of the paper's actuator)",
+    )
     run.add_argument("--moment-max-nmm", type=positive, default=6.6, help="largest bending moment [N mm]")
     run.add_argument("--torque-max-nmm", type=positive, default=3.3, help="largest torque [N mm]")
     _domain_options(run, (60.0, 60.0, 60.0), 110.0)

@@ -55,6 +55,7 @@ def _checked(expected: str, valid: Callable[[float], bool]) -> Callable[[str], f
 
 
 number = _checked("a finite number", math.isfinite)
+not_negative = _checked("a number that is not negative", lambda value: math.isfinite(value) and value >= 0)
 positive = _checked("a positive number", lambda value: math.isfinite(value) and value > 0)
 
 

@@ -1,10 +1,10 @@
-"""Stiff ends of an actuator: how much of the body does not bend near base and cap, from full-actuator runs.
+"""The ends of an actuator, from runs of the full one: how far they give, and where body and cap go in them.
 
-Near its ends the section cannot widen freely, and bends less. Seen from a few diameters away, that is as if
-parts of the body did not bend at all: an arc of the cell's free curvature between two straight pieces. Their
-lengths are fitted to the tip's pose on the ``fit`` runs without loads, to its position and to that of a point
-half a body's length ahead of it; the curvature is that of the cell on the same mesh, so that neither the mesh
-nor the law's error goes into them.
+Two things are fitted to the unloaded states of the ``fit`` runs, and to nothing else. The compliance of the
+ends along the rod is that with which the cell has the curvature of the actuator's middle. With the cell of
+that compliance in the middle, five numbers of `rodmodel.Actuator` take the arc to the tip's pose: to its
+position and to that of a point half a body's length ahead of it. The cell is on the runs' mesh, so that
+neither the mesh nor a law's error goes into the numbers.
 """
 
 from dataclasses import dataclass
@@ -16,26 +16,54 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from calibration.truth import TruthError, case_of, free_states
-from fem_reference import Load, PeriodCell, follow
+from fem_reference import CellState, Load, PeriodCell, follow
 
-_MM = 1e-3
+#: What is fitted, by the names of `rodmodel.Actuator`, and the size of one unit in the search.
+PARAMETERS = {
+    "stiff_base": 1e-3,
+    "stiff_tip": 1e-3,
+    "base_turn": 1e-6,
+    "tip_offset": 1e-3,
+    "tip_offset_curvature": 5.0,
+}
+_START = np.ones(len(PARAMETERS))
+_AZIMUTHS = 2.0 * np.pi / 3.0 * np.arange(3)
+_BENDING_AXES = np.stack([np.sin(_AZIMUTHS), -np.cos(_AZIMUTHS), np.zeros(3)], axis=1)
 
 
 @dataclass(frozen=True)
-class StiffEnds:
-    """Fitted lengths, and how well they do.
+class Compliance:
+    """How far the ends give along the rod.
 
     Parameters
     ----------
-    base, tip : lengths that do not bend [m]; standard_errors : of the two [m].
+    value, standard_error : [m/N].
+    before, after : root mean square of the bending angle of a body's length of the cell, less that of the
+        actuator's middle, with ends that hold and with ends that give so [rad].
+    states : how many it was fitted to.
+    """
+
+    value: float
+    standard_error: float
+    before: float
+    after: float
+    states: int
+
+
+@dataclass(frozen=True)
+class Ends:
+    """Fitted ends, and how well they do.
+
+    Parameters
+    ----------
+    values, standard_errors : by the names of `rodmodel.Actuator`, SI units.
     before, after : root mean square of the tip's distance from that of the arc, without and with them [m].
     turn_before, turn_after : the same of the angle between the caps' axes [rad].
     states : how many they were fitted to.
     """
 
-    base: float
-    tip: float
-    standard_errors: tuple[float, float]
+    values: dict[str, float]
+    standard_errors: dict[str, float]
     before: float
     after: float
     turn_before: float
@@ -43,47 +71,82 @@ class StiffEnds:
     states: int
 
 
-def fit_ends(truth: xr.Dataset, body_length: float, cap_length: float) -> StiffEnds:
-    """Fit the lengths to the unloaded states of the ``fit`` runs.
+def fit_compliance(truth: xr.Dataset, body_length: float, trial: float) -> Compliance:
+    """Fit the compliance of the ends to the curvature in the middle of the actuator.
+
+    The cell's curvature per length of the rod is taken as linear in the compliance, which it is to some
+    percent of its change; so the answer is as good as ``trial`` is near.
+
+    Parameters
+    ----------
+    truth : of `gather`.
+    body_length : of the actuator [m].
+    trial : compliance at which the cell is computed, besides at none [m/N].
+
+    Raises
+    ------
+    TruthError
+        Where the truth has no unloaded state of a fit run.
+    """
+    chosen = _fit_states(truth)
+    middle = body_length * chosen["middle_curvature"].values
+    held, given = (body_length * _per_rod(cell_states(chosen, c)) for c in (0.0, trial))
+    slope, gap = (given - held)[:, :2].ravel(), (middle - held)[:, :2].ravel()
+    share = float(slope @ gap / (slope @ slope))
+    left = gap - share * slope
+    spread = float(left @ left) / max(len(gap) - 1, 1)
+    count = chosen.sizes["state"]
+    return Compliance(
+        value=share * trial,
+        standard_error=float(np.sqrt(spread / (slope @ slope))) * trial,
+        before=float(np.sqrt(gap @ gap / count)),
+        after=float(np.sqrt(left @ left / count)),
+        states=count,
+    )
+
+
+def fit_ends(truth: xr.Dataset, body_length: float, cap_length: float, compliance: float) -> Ends:
+    """Fit what the ends do to the unloaded states of the ``fit`` runs.
 
     Parameters
     ----------
     truth : of `gather`.
     body_length, cap_length : of the actuator [m].
+    compliance : of the ends, in the cell [m/N].
 
     Raises
     ------
     TruthError
         Where the truth has no such state.
     """
-    chosen = truth.isel(state=free_states(truth) & (truth["role"].values == "fit"))
-    if chosen.sizes["state"] == 0:
-        raise TruthError("truth: got no unloaded state of a fit run, expected some to fit the ends to")
-    curvature = cell_curvatures(chosen)
+    chosen = _fit_states(truth)
+    curvature = np.array([state.curvature for state in cell_states(chosen, compliance)])
+    pressure = chosen["pressure"].values
     tip, axis = chosen["tip_position"].values, chosen["tip_rotation"].values[:, :, 2]
-    ahead = 0.5 * body_length
+    units = np.array(list(PARAMETERS.values()))
 
-    def misses(ends: Float[np.ndarray, "2"]) -> tuple[np.ndarray, np.ndarray]:
+    def misses(values: Float[np.ndarray, " n"]) -> tuple[np.ndarray, np.ndarray]:
         """Of the tip's position [m] and of the cap's axis."""
-        position, along = tip_between_ends(curvature, body_length, cap_length, *(_MM * ends))
+        named = dict(zip(PARAMETERS, values, strict=True))
+        position, along = tip_between_ends(curvature, pressure, body_length, cap_length, **named)
         return position - tip, along - axis
 
-    def residual(ends: Float[np.ndarray, "2"]) -> np.ndarray:
-        place, along = misses(ends)
-        return np.concatenate([place, place + ahead * along]).ravel() / _MM
+    def residual(x: Float[np.ndarray, " n"]) -> np.ndarray:
+        place, along = misses(units * x)
+        return np.concatenate([place, place + 0.5 * body_length * along]).ravel() / 1e-3
 
-    found = least_squares(residual, np.zeros(2), x_scale=0.1)
-    left = found.fun.size - 2
-    covariance = np.linalg.inv(found.jac.T @ found.jac) * (found.fun @ found.fun) / left
+    low = np.full(len(units), -np.inf)
+    low[-1] = 0.1
+    found = least_squares(residual, _START, bounds=(low, np.inf))
+    variance = found.fun @ found.fun / (found.fun.size - found.x.size)
+    errors = units * np.sqrt(np.diag(np.linalg.inv(found.jac.T @ found.jac)) * variance)
+    none = np.array([0.0, 0.0, 0.0, 0.0, units[-1]])
     (before, turn_before), (after, turn_after) = (
-        tuple(_root_mean_square(part) for part in misses(ends)) for ends in (np.zeros(2), found.x)
+        tuple(_root_mean_square(part) for part in misses(values)) for values in (none, units * found.x)
     )
-    first, second = _MM * np.sqrt(np.diag(covariance))
-    base, end = _MM * found.x
-    return StiffEnds(
-        base=float(base),
-        tip=float(end),
-        standard_errors=(float(first), float(second)),
+    return Ends(
+        values=dict(zip(PARAMETERS, (units * found.x).tolist(), strict=True)),
+        standard_errors=dict(zip(PARAMETERS, errors.tolist(), strict=True)),
         before=before,
         after=after,
         turn_before=turn_before,
@@ -92,39 +155,66 @@ def fit_ends(truth: xr.Dataset, body_length: float, cap_length: float) -> StiffE
     )
 
 
-def _root_mean_square(vectors: Float[np.ndarray, "n 3"]) -> float:
-    return float(np.sqrt((vectors**2).sum(axis=1).mean()))
-
-
 def tip_between_ends(
-    curvature: Float[np.ndarray, "n 3"], body_length: float, cap_length: float, base: float, tip: float
+    curvature: Float[np.ndarray, "n 3"],
+    pressure: Float[np.ndarray, "n 3"],
+    body_length: float,
+    cap_length: float,
+    stiff_base: float,
+    stiff_tip: float,
+    base_turn: float,
+    tip_offset: float,
+    tip_offset_curvature: float,
 ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
-    """Centre of the cap's outer face [m], and the cap's axis, of arcs between straight ends.
+    """Centre of the cap's outer face [m], and the cap's axis, of arcs between ends.
 
     Parameters
     ----------
     curvature : of the arcs [1/m].
+    pressure : of the chambers [Pa].
     body_length, cap_length : of the actuator [m].
-    base, tip : parts of the body that do not bend [m].
+    stiff_base, stiff_tip, base_turn, tip_offset, tip_offset_curvature : see `rodmodel.Actuator`.
     """
-    turn = curvature * (body_length - base - tip)
+    turn = curvature * (body_length - stiff_base - stiff_tip)
     end = Rotation.from_rotvec(turn).as_matrix()
     # ∫ exp(û s) ds over the arc, by Gauss's rule of 20 points, exact to rounding up to a full turn.
     nodes, weights = np.polynomial.legendre.leggauss(20)
     along = np.zeros_like(curvature)
     for node, weight in zip(0.5 * (nodes + 1.0), 0.5 * weights, strict=True):
         along += weight * Rotation.from_rotvec(node * turn).as_matrix()[:, :, 2]
-    arc = (body_length - base - tip) * along
-    return np.array([0.0, 0.0, base]) + arc + (tip + cap_length) * end[:, :, 2], end[:, :, 2]
+    arc = (body_length - stiff_base - stiff_tip) * along
+    away = np.stack([-curvature[:, 1], curvature[:, 0], 0.0 * curvature[:, 0]], axis=1)
+    away *= (tip_offset / np.sqrt(tip_offset_curvature**2 + (away**2).sum(axis=1)))[:, None]
+    position = np.array([0.0, 0.0, stiff_base]) + arc + np.einsum("nij,nj->ni", end, away)
+    position += (stiff_tip + cap_length) * end[:, :, 2]
+    base = Rotation.from_rotvec(base_turn * pressure @ _BENDING_AXES)
+    return base.apply(position), base.apply(end[:, :, 2])
 
 
-def cell_curvatures(states: xr.Dataset) -> Float[np.ndarray, "n 3"]:
-    """Free curvature of the period cell at the pressures of unloaded states, case by case [1/m]."""
+def cell_states(states: xr.Dataset, compliance: float) -> list[CellState]:
+    """The period cell at the pressures of unloaded states, case by case, with ends that give [m/N]."""
     names = states["case"].values
-    curvature = np.zeros((len(names), 3))
+    found: dict[int, CellState] = {}
     for name in dict.fromkeys(names):
         own = np.flatnonzero(names == name)
         loads = [Load((float(p), float(q), float(r))) for p, q, r in states["pressure"].values[own]]
-        cell = PeriodCell(winding=case_of(name).winding, level=states.attrs["mesh"])
-        curvature[own] = [state.curvature for state in follow(cell, loads)]
-    return curvature
+        mesh = states.attrs["mesh"]
+        cell = PeriodCell(winding=case_of(name).winding, level=mesh, end_compliance=compliance)
+        found.update(zip(own, follow(cell, loads), strict=True))
+    return [found[row] for row in range(len(names))]
+
+
+def _per_rod(states: list[CellState]) -> Float[np.ndarray, "n 3"]:
+    """Curvature per length of the rod, which the silicone slides along [1/m]."""
+    return np.array([state.curvature / state.stretch for state in states])
+
+
+def _fit_states(truth: xr.Dataset) -> xr.Dataset:
+    chosen = truth.isel(state=free_states(truth) & (truth["role"].values == "fit"))
+    if chosen.sizes["state"] == 0:
+        raise TruthError("truth: got no unloaded state of a fit run, expected some to fit the ends to")
+    return chosen
+
+
+def _root_mean_square(vectors: Float[np.ndarray, "n 3"]) -> float:
+    return float(np.sqrt((vectors**2).sum(axis=1).mean()))

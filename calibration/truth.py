@@ -30,6 +30,9 @@ _VARIABLES: tuple[tuple[str, str, tuple[str, ...], str, float], ...] = (
 #: Stations along the rod at which its axis is kept [m].
 STATIONS = np.linspace(0.0, 60e-3, 13)
 
+#: From where to where along the rod the curvature is that of the middle [m], two diameters from either end.
+MIDDLE = (24e-3, 36e-3)
+
 
 class TruthError(ValueError):
     """No such case, or nothing to gather."""
@@ -109,6 +112,8 @@ def gather(directory: Path, chosen: Sequence[TruthCase] | None = None) -> xr.Dat
         for name, key, dims, unit, factor in _VARIABLES
     }
     axis = [_at_stations(record["axis"]) for _, record in rows]
+    middle = [_middle_curvature(record["axis"]) for _, record in rows]
+    data["middle_curvature"] = (("state", "axis"), np.array(middle), {"units": "1/m"})
     data["axis_position"] = (("state", "station", "axis"), np.array(axis), {"units": "m"})
     stable = [-1 if record["stable"] is None else int(record["stable"]) for _, record in rows]
     data["stable"] = (("state",), np.array(stable), {"units": "1"})
@@ -139,7 +144,7 @@ def load_truth(file: Path) -> xr.Dataset:
         raise TruthError(
             f"truth: cannot read {file} as netCDF ({error}); expected a file of `truth --gather`"
         ) from error
-    missing = {"case", "role", "stable", *(name for name, *_ in _VARIABLES)} - set(truth)
+    missing = {"case", "role", "stable", "middle_curvature", *(name for name, *_ in _VARIABLES)} - set(truth)
     if missing:
         raise TruthError(
             f"truth: {file} lacks {', '.join(sorted(map(str, missing)))}; expected a file of `truth --gather`"
@@ -151,6 +156,14 @@ def free_states(truth: xr.Dataset) -> Bool[np.ndarray, " states"]:
     """Which states carry neither a tip force nor gravity, and are on the loading branch."""
     loaded = truth["tip_force"].values.any(axis=1) | truth["gravity"].values.any(axis=1)
     return ~loaded & on_loading_branch(truth, truth["case"].values)
+
+
+def _middle_curvature(axis: dict[str, Any]) -> np.ndarray:
+    """Curvature and twist of the rod's axis, mean over the middle of the body [1/m]."""
+    length = 1e-3 * np.array(axis["arc_length_mm"])
+    inside = (length >= MIDDLE[0] - 1e-9) & (length <= MIDDLE[1] + 1e-9)
+    mean: np.ndarray = np.array(axis["curvature_per_m"])[inside].mean(axis=0)
+    return mean
 
 
 def _at_stations(axis: dict[str, Any]) -> np.ndarray:

@@ -1,6 +1,5 @@
 """Cosserat rod of a soft pneumatic actuator, calibrated from 3D finite elements."""
 
-from rodmodel._end_zone import End, EndZone
 from rodmodel._equilibria import Adaptive, FixedStep
 from rodmodel._inverse import Inverse
 from rodmodel._jacobian import Jacobian, PoseDerivative
@@ -40,8 +39,6 @@ __all__ = [
     "CalibrationNotFoundError",
     "CurvatureLaw",
     "Domain",
-    "End",
-    "EndZone",
     "FixedStep",
     "FreeStateExpansion",
     "Inverse",

@@ -9,7 +9,6 @@ from jaxtyping import Array, Float
 from rodmodel._components import (
     Quaternion,
     Scalar,
-    Symmetric,
     Triple,
     apply,
     axis_cross,
@@ -20,10 +19,9 @@ from rodmodel._components import (
     inverse,
     triple,
 )
-from rodmodel._end_zone import EndZone, SectionState, section_state
 from rodmodel._loads import Resultants
 from rodmodel.calibration_file import Actuator
-from rodmodel.section import CurvatureLaw
+from rodmodel.section import CurvatureLaw, Expansion
 
 
 class State(NamedTuple):
@@ -46,14 +44,15 @@ class Equilibrium(eqx.Module):
 
     With m = ∂Π/∂u and K = ∂²Π/∂u² in the body frame, and s the arc length,
 
-        R' = R û,   K u' = −u × m − e₃ × Rᵀn − ∂m/∂s
+        R' = R û,   K u' = −u × m − e₃ × Rᵀn
 
     where n(s) = F + (1 − s/L) W is the force on the section: all that hangs on it. At the end of the body,
 
-        m = Rᵀ M + M_f + e₃ × Rᵀ(lever)
+        m = Rᵀ M + M_f + e₃ × Rᵀ(lever) + o × Rᵀ C
 
-    with M the dead and M_f the follower moment. A follower force R(L) F_f is a dead force P that is not known
-    beforehand: P joins the unknowns, and R(L)ᵀ P = F_f the conditions at the end.
+    with M the dead and M_f the follower moment, and C the force on a cap that lies aside by o. A follower
+    force R(L) F_f is a dead force P that is not known beforehand: P joins the unknowns, and R(L)ᵀ P = F_f
+    the conditions at the end.
 
     References
     ----------
@@ -61,40 +60,24 @@ class Equilibrium(eqx.Module):
     """
 
     law: CurvatureLaw
-    zone: EndZone | None
     loads: Resultants
     actuator: Actuator = eqx.field(static=True)
+    offset: Float[Array, "3"] | None = None
+    """How far the cap lies beside the end of the body, in its frame [m]."""
 
     @property
     def unknowns(self) -> int:
         """How many there are: u L at the base, and the follower force in the base frame."""
         return 3 if self.loads.follower_force is None else 6
 
-    def base_curvature(self) -> Float[Array, "3"]:
-        """Free curvature at the base [1/m]: that of the rod without loads."""
-        free = self.law.free_curvature
-        if self.zone is None:
-            return free
-        return free * self.zone.factors(0.0 * free[0], self.actuator.bending_length).free
-
-    def base_stiffness(self) -> Symmetric:
-        """Tangent stiffness of the section at the base at its free curvature [N m²]."""
-        free = triple(self.base_curvature())
-        return section_state(self.law, self.zone, free, 0.0 * free[0], self.actuator.bending_length).stiffness
-
     @eqx.filter_jit
     def turn_rate(self, fraction: Scalar, state: State, follower: Triple | None) -> Triple:
         """Derivative of u L by s/L at the fraction s/L of the body, under a follower force [N]."""
         u = self._curvature(state.turn)
-        if self.zone is None:
-            section = SectionState(
-                *self.law.linearise(u), third=None, moment_slope=None, stiffness_slope=None
-            )
-        else:
-            section = self._section(fraction, state.turn)
+        moment, stiffness = self.law.linearise(u)
         force = into_body(state.quaternion, self._force(fraction, follower))
-        torque = self._torque(section, u, force)
-        return combine((self.actuator.bending_length**2, apply(inverse(section.stiffness), torque)))
+        torque = _torque(moment, u, force)
+        return combine((self.actuator.bending_length**2, apply(inverse(stiffness), torque)))
 
     @eqx.filter_jit
     def linearised_rate(
@@ -107,14 +90,13 @@ class Equilibrium(eqx.Module):
     ) -> tuple[Triple, list[Variation]]:
         """Derivative of u L by s/L, and those of neighbouring solutions.
 
-        δθ' = δu − u × δθ,   K δu' = −δu × m − u × K δu − e₃ × (Rᵀn × δθ + Rᵀδn) − δ(∂m/∂s) − δK u'
+        δθ' = δu − u × δθ,   K δu' = −δu × m − u × K δu − e₃ × (Rᵀn × δθ + Rᵀδn) − δK u'
         """
         length = self.actuator.bending_length
-        section = self._section(fraction, state.turn)
-        u = self._curvature(state.turn)
+        section, u = self._section(state.turn), self._curvature(state.turn)
         force = into_body(state.quaternion, self._force(fraction, follower))
         flexibility = inverse(section.stiffness)
-        slope = apply(flexibility, self._torque(section, u, force))
+        slope = apply(flexibility, _torque(section.moment, u, force))
         stiffening = None if section.third is None else contract(section.third, slope)
         rates = []
         for variation, follower_variation in zip(variations, follower_variations, strict=True):
@@ -129,8 +111,6 @@ class Equilibrium(eqx.Module):
             )
             if stiffening is not None:
                 dtorque = combine((1.0, dtorque), (-1.0, apply(stiffening, du)))
-            if section.stiffness_slope is not None:
-                dtorque = combine((1.0, dtorque), (-1.0, apply(section.stiffness_slope, du)))
             rates.append(
                 Variation(
                     combine((1.0, variation.turn), (-1.0, cross(state.turn, variation.rotation))),
@@ -165,7 +145,7 @@ class Equilibrium(eqx.Module):
     ) -> tuple[tuple[Triple, ...], list[tuple[Triple, ...]]]:
         length, cap, loads = self.actuator.bending_length, self.actuator.tip_length, self.loads
         q = state.quaternion
-        section = self._section(state.turn[0] * 0.0 + 1.0, state.turn)
+        section = self._section(state.turn)
         moment = into_body(q, triple(loads.end_moment))
         lever = into_body(q, triple(loads.lever))
         missing: tuple[Triple, ...] = ()
@@ -180,10 +160,16 @@ class Equilibrium(eqx.Module):
             (-1.0, triple(loads.follower_moment)),
             (-1.0, axis_cross(lever)),
         )
+        offset, push = None, None
+        if self.offset is not None:
+            offset, push = triple(self.offset), into_body(q, triple(loads.cap_force))
+            push = push if pulled is None else combine((1.0, push), (1.0, pulled))
+            balance = combine((1.0, balance), (-1.0, cross(offset, push)))
         changes = []
         for variation, follower_variation in zip(variations, follower_variations, strict=True):
             turned = variation.rotation
             dlever = cross(lever, turned)
+            dpush = None if push is None else cross(push, turned)
             dmissing: tuple[Triple, ...] = ()
             if pulled is not None:
                 dpulled = cross(pulled, turned)
@@ -191,12 +177,15 @@ class Equilibrium(eqx.Module):
                     body = into_body(q, follower_variation)
                     dpulled = combine((1.0, dpulled), (1.0, body))
                     dlever = combine((1.0, dlever), (cap, body))
+                    dpush = None if dpush is None else combine((1.0, dpush), (1.0, body))
                 dmissing = (dpulled,)
             dbalance = combine(
                 (1.0 / length, apply(section.stiffness, variation.turn)),
                 (-1.0, cross(moment, turned)),
                 (-1.0, axis_cross(dlever)),
             )
+            if offset is not None and dpush is not None:
+                dbalance = combine((1.0, dbalance), (-1.0, cross(offset, dpush)))
             changes.append((dbalance, *dmissing))
         return (balance, *missing), changes
 
@@ -211,16 +200,8 @@ class Equilibrium(eqx.Module):
     ) -> Float[Array, "3"]:
         """Derivative of u L by s/L under a force Rᵀn [N] on the section: `turn_rate`, in arrays."""
         length, u = self.actuator.bending_length, turn / self.actuator.bending_length
-        factors = None if self.zone is None else self.zone.factors(fraction * length, length)
-        free = self.law.free_curvature
-        curvature = u if factors is None else u + (1.0 - factors.free) * free
-        moment, stiffness = self.law.moment(curvature), self.law.stiffness(curvature)
-        torque = -_axis_cross(force)
-        if factors is not None:
-            torque = torque - factors.stiffness_slope * moment
-            torque = torque + factors.stiffness * factors.free_slope * (stiffness @ free)
-            moment, stiffness = factors.stiffness * moment, factors.stiffness * stiffness
-        return length**2 * _solve_3x3(stiffness, torque - jnp.cross(u, moment))
+        torque = -_axis_cross(force) - jnp.cross(u, self.law.moment(u))
+        return length**2 * _solve_3x3(self.law.stiffness(u), torque)
 
     def end_balance(
         self,
@@ -229,15 +210,13 @@ class Equilibrium(eqx.Module):
         follower: Float[Array, "3"] | None,
     ) -> Float[Array, " n"]:
         """Imbalance at the end of the body: `end_imbalance`, in arrays."""
-        length, loads = self.actuator.bending_length, self.loads
-        curvature = turn / length
-        moment = self.law.moment(curvature)
-        if self.zone is not None:
-            at = self.zone.factors(jnp.asarray(length, turn.dtype), length)
-            moment = at.stiffness * self.law.moment(curvature + (1.0 - at.free) * self.law.free_curvature)
+        loads, moment = self.loads, self.law.moment(turn / self.actuator.bending_length)
         lever = loads.lever if follower is None else loads.lever + self.actuator.tip_length * follower
         balance = moment - rotation.T @ loads.end_moment - loads.follower_moment
         balance = balance - _axis_cross(rotation.T @ lever)
+        if self.offset is not None:
+            push = loads.cap_force if follower is None else loads.cap_force + follower
+            balance = balance - jnp.cross(self.offset, rotation.T @ push)
         if follower is None or loads.follower_force is None:
             return balance
         return jnp.concatenate([balance, rotation.T @ follower - loads.follower_force])
@@ -245,9 +224,8 @@ class Equilibrium(eqx.Module):
     def _curvature(self, turn: Triple) -> Triple:
         return combine((1.0 / self.actuator.bending_length, turn))
 
-    def _section(self, fraction: Scalar, turn: Triple) -> SectionState:
-        length = self.actuator.bending_length
-        return section_state(self.law, self.zone, self._curvature(turn), fraction * length, length)
+    def _section(self, turn: Triple) -> Expansion:
+        return self.law.expand(self._curvature(turn))
 
     def _force(self, fraction: Scalar, follower: Triple | None) -> Triple:
         """Force n(s) on a section [N], base frame."""
@@ -255,12 +233,10 @@ class Equilibrium(eqx.Module):
         force = combine((1.0, triple(self.loads.end_force)), (ahead, triple(self.loads.body_force)))
         return force if follower is None else combine((1.0, force), (1.0, follower))
 
-    def _torque(self, section: SectionState, u: Triple, force: Triple) -> Triple:
-        """K u' [N]."""
-        torque = combine((-1.0, cross(u, section.moment)), (-1.0, axis_cross(force)))
-        if section.moment_slope is None:
-            return torque
-        return combine((1.0, torque), (-1.0, section.moment_slope))
+
+def _torque(moment: Triple, u: Triple, force: Triple) -> Triple:
+    """K u' [N]."""
+    return combine((-1.0, cross(u, moment)), (-1.0, axis_cross(force)))
 
 
 def _axis_cross(v: Float[Array, "3"]) -> Float[Array, "3"]:

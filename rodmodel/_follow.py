@@ -5,7 +5,6 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from rodmodel._balance import Equilibrium, State, Variation
@@ -209,15 +208,12 @@ def _begin(
     n, length = equilibrium.unknowns, equilibrium.actuator.bending_length
     free = equilibrium.law.free_curvature
     dtype = free.dtype
-    fractions = jnp.asarray(np.arange(steps + 1) / steps, dtype)
     turns = jnp.broadcast_to(length * free, (steps + 1, 3))
-    if equilibrium.zone is not None:
-        turns = turns * equilibrium.zone.factors(length * fractions, length).free[:, None]
     nowhere = _free_shape(turns)
     slope = _first_slope(equilibrium, nowhere)
     none = jnp.zeros((), int)
     one = jnp.ones((), dtype)
-    unknown = jnp.concatenate([length * equilibrium.base_curvature(), jnp.zeros(n - 3, dtype)])
+    unknown = jnp.concatenate([length * free, jnp.zeros(n - 3, dtype)])
     reached = Reached(
         unknown,
         nowhere,
@@ -267,13 +263,17 @@ def _first_slope(equilibrium: Equilibrium, free: Nodes) -> Float[Array, " n"]:
         (1.0, cross(axis, triple(loads.lever))),
         (1.0, cross(middle, triple(loads.body_force))),
     )
+    if equilibrium.offset is not None:
+        aside = out_of_body(frame, triple(equilibrium.offset))
+        moment = combine((1.0, moment), (1.0, cross(aside, triple(loads.cap_force))))
     forces: tuple[Scalar, ...] = ()
     if loads.follower_force is not None:
         pulled = out_of_body(frame, triple(loads.follower_force))
         arm = combine((1.0, end), (actuator.tip_length, axis))
         moment = combine((1.0, moment), (1.0, cross(arm, pulled)))
         forces = pulled
-    turn = combine((actuator.bending_length, apply(inverse(equilibrium.base_stiffness()), moment)))
+    stiffness = equilibrium.law.expand(triple(equilibrium.law.free_curvature)).stiffness
+    turn = combine((actuator.bending_length, apply(inverse(stiffness), moment)))
     slope = jnp.stack([*turn, *forces])
     return jnp.where(jnp.all(jnp.isfinite(slope)), slope, 0.0)
 

@@ -6,6 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from rodmodel._components import Quaternion, into_body, triple
 from rodmodel.calibration_file import Actuator
 
 Vector = Float[Array, "3"]
@@ -38,13 +39,16 @@ class Resultants(NamedTuple):
 
     The force on a section is `end_force` + (1 − s/L) `body_force`, plus the follower force in the base
     frame; the moment at the end of the body is `end_moment` + d₃ × `lever` + R `follower_moment`, plus d₃ ×
-    the follower force times the length of the cap.
+    the follower force times the length of the cap; where the cap lies aside, by R o, also R o × `cap_force`
+    and R o × the follower force.
     """
 
     end_force: Vector
     """Tip force and weight of the cap [N]."""
     body_force: Vector
     """Weight of the body and distributed force over its length [N]."""
+    cap_force: Vector
+    """Dead forces on the cap [N]."""
     lever: Vector
     """Dead forces on the cap times their distances from the end of the body [N m]."""
     end_moment: Vector
@@ -66,6 +70,7 @@ def resultants(loads: Loads, actuator: Actuator, dtype: jnp.dtype) -> Resultants
     per_length = actuator.mass_per_length * gravity + given(loads.distributed_force)
     return Resultants(
         end_force=force + cap + stiff * per_length,
+        cap_force=force + cap,
         body_force=actuator.bending_length * per_length,
         lever=actuator.tip_length * force
         + (stiff + 0.5 * actuator.cap_length) * cap
@@ -89,4 +94,19 @@ def into_base(loads: Loads, rotation: Float[Array, "3 3"]) -> Loads:
         distributed_force=turned(loads.distributed_force),
         follower_force=loads.follower_force,
         follower_moment=loads.follower_moment,
+    )
+
+
+def mounted(loads: Resultants, frame: Quaternion) -> Resultants:
+    """The same seen from a frame in that of the base."""
+
+    def turned(load: Vector) -> Vector:
+        return jnp.stack(into_body(frame, triple(load)))
+
+    return loads._replace(
+        end_force=turned(loads.end_force),
+        cap_force=turned(loads.cap_force),
+        body_force=turned(loads.body_force),
+        lever=turned(loads.lever),
+        end_moment=turned(loads.end_moment),
     )

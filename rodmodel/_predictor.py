@@ -10,11 +10,12 @@ from jax.sharding import Mesh, NamedSharding, PartitionSpec
 
 from rodmodel._balance import Equilibrium
 from rodmodel._bending import bending
-from rodmodel._components import solve, triple
+from rodmodel._components import Quaternion, solve, triple, turn_by
+from rodmodel._ends import base_turn, tip_offset
 from rodmodel._equilibria import FixedStep
-from rodmodel._follow import CONVERGED, follow, scaled
+from rodmodel._follow import CONVERGED, follow
 from rodmodel._kernel import compile_with_kernels, one_kernel
-from rodmodel._loads import Loads, resultants
+from rodmodel._loads import Loads, mounted, resultants
 from rodmodel._march import march
 from rodmodel._rotation import rotation_of
 
@@ -197,50 +198,74 @@ def _row(rod: Any, names: tuple[str, ...], solver: FixedStep, row: Any, jacobian
     tolerance = _TOLERANCE if solver.tolerance is None else solver.tolerance
 
     def answer_of(pressure: Any, loads: Any, start: Any) -> Any:
-        equilibrium = Equilibrium(rod.section.at(pressure), rod.end_zone, loads, actuator)
+        equilibrium, mount = _mounted(actuator, rod.section.at(pressure), pressure, loads)
         is_warm = jnp.all(jnp.isfinite(start))
         reached = follow(equilibrium, start, solver.steps, tolerance, is_warm)
         rotations = jax.vmap(rotation_of)(reached.nodes.quaternions)
         position, last = length * reached.nodes.positions[-1], rotations[-1]
-        angle, plane = bending(rotations[:, :, 2], position)
-        tip = position + actuator.tip_length * last[:, 2]
+        tangents, tip = rotations[:, :, 2], _tip(equilibrium, position, last)
+        if mount is not None:
+            position, last, tangents = mount @ position, mount @ last, tangents @ mount.T
+            tip = mount @ tip
+        angle, plane = bending(tangents, position)
         converged = (reached.load_fraction == 1.0) & (reached.outcome == CONVERGED)
         flags = jnp.stack([converged, reached.stable]).astype(row.dtype)
         answer = [tip, last.ravel(), jnp.stack([angle, plane]), reached.unknown, flags]
         if jacobian:
-            loaded = scaled(equilibrium, reached.load_fraction)
-            law_by_pressure = jax.jacfwd(rod.section.at)(pressure)
-            answer.append(_tip_jacobian(loaded, law_by_pressure, reached.unknown, solver.steps))
+            loads = jax.tree.map(lambda load: reached.load_fraction * load, loads)
+            answer.append(_tip_jacobian(rod, pressure, loads, reached.unknown, solver.steps))
         return jnp.concatenate(answer)
 
     found = one_kernel(answer_of, pressure, loads, parts[-1])
-    if actuator.stiff_base:
-        found = found.at[2].add(actuator.stiff_base)
     in_domain = rod.domain.covers_pressure(pressure)
     flags = jnp.where(good, jnp.append(found[17:19], in_domain.astype(row.dtype)), 0.0)
     derivatives = jnp.where(good, found[19:], jnp.nan)
     return jnp.concatenate([jnp.where(good, found[:17], jnp.nan), flags, derivatives])
 
 
-def _tip_jacobian(equilibrium: Equilibrium, law_by_pressure: Any, unknown: Any, steps: int) -> Any:
+def _mounted(actuator: Any, law: Any, pressure: Any, loads: Any) -> tuple[Equilibrium, Any]:
+    """The equations of a row in the frame of the first section, and that frame where it is not the base's."""
+    turn, offset = base_turn(actuator, pressure), tip_offset(actuator, law.free_curvature)
+    if turn is None:
+        return Equilibrium(law, loads, actuator, offset), None
+    one, none = jnp.ones_like(turn[0]), jnp.zeros_like(turn[0])
+    frame: Quaternion = turn_by((one, none, none, none), triple(turn))
+    return Equilibrium(law, mounted(loads, frame), actuator, offset), rotation_of(jnp.stack(frame))
+
+
+def _tip(equilibrium: Equilibrium, position: Any, rotation: Any) -> Any:
+    """Centre of the cap's outer face, from the pose of the body's end, in the first section's frame [m]."""
+    actuator = equilibrium.actuator
+    tip = position + actuator.tip_length * rotation[:, 2]
+    if actuator.stiff_base:
+        tip = tip.at[2].add(actuator.stiff_base)
+    return tip if equilibrium.offset is None else tip + rotation @ equilibrium.offset
+
+
+def _tip_jacobian(rod: Any, pressure: Any, loads: Any, unknown: Any, steps: int) -> Any:
     """Derivatives of tip position and turn by pressures and tip force, (3, 6) each, in one array.
 
     With x the unknowns, θ the inputs, y the tip and e(x, θ) = 0: dy/dθ = y_θ − y_x e_x⁻¹ e_θ.
     """
-    actuator = equilibrium.actuator
+    actuator, law = rod.actuator, rod.section.at(pressure)
+    law_by_pressure = jax.jacfwd(rod.section.at)(pressure)
 
     def tip(change: Any) -> Any:
-        law = jax.tree.map(
-            lambda at, slope: at + jnp.sum(slope * change[3:6], axis=-1), equilibrium.law, law_by_pressure
+        by_pressure, force = change[3:6], change[6:]
+        moved_law = jax.tree.map(
+            lambda at, slope: at + jnp.sum(slope * by_pressure, axis=-1), law, law_by_pressure
         )
-        loads = equilibrium.loads
-        loads = loads._replace(
-            end_force=loads.end_force + change[6:], lever=loads.lever + actuator.tip_length * change[6:]
+        pushed = loads._replace(
+            end_force=loads.end_force + force,
+            cap_force=loads.cap_force + force,
+            lever=loads.lever + actuator.tip_length * force,
         )
-        moved = Equilibrium(law, equilibrium.zone, loads, actuator)
+        moved, mount = _mounted(actuator, moved_law, pressure + by_pressure, pushed)
         nodes, imbalance = march(moved, unknown + change[:3], steps)
         rotation = rotation_of(nodes.quaternions[-1])
-        position = actuator.bending_length * nodes.positions[-1] + actuator.tip_length * rotation[:, 2]
+        position = _tip(moved, actuator.bending_length * nodes.positions[-1], rotation)
+        if mount is not None:
+            position, rotation = mount @ position, mount @ rotation
         return (position, rotation, imbalance), rotation
 
     (position, rotation, imbalance), at = jax.jacfwd(tip, has_aux=True)(jnp.zeros(9, unknown.dtype))

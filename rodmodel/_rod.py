@@ -10,8 +10,7 @@ from jaxtyping import Array, Bool, Float
 
 from rodmodel._balance import Equilibrium
 from rodmodel._bending import bending
-from rodmodel._components import triple
-from rodmodel._end_zone import EndZone, section_energy, section_state
+from rodmodel._ends import base_turn, tip_offset
 from rodmodel._equilibria import Adaptive, FixedStep, Solver, solve_equilibrium
 from rodmodel._follow import CONVERGED, UNSTABLE, Reached
 from rodmodel._inputs import all_finite, is_rotation, vector_of
@@ -19,6 +18,7 @@ from rodmodel._inverse import Inverse, Target, find_pressure
 from rodmodel._jacobian import Jacobian, PoseDerivative, turn_change
 from rodmodel._loads import Loads, into_base, resultants
 from rodmodel._predictor import Predictor
+from rodmodel._rotation import screw
 from rodmodel._shape import Arc, Shape, Stepped
 from rodmodel._solution import RESULTS, Numbers, Solution
 from rodmodel.calibration_file import Actuator, Domain
@@ -39,14 +39,12 @@ class Rod(eqx.Module):
     actuator : lengths and masses.
     domain : the loads within which the section was calibrated.
     angle_error : 95th percentile of the error of the free-bending angle on held-out states [rad].
-    end_zone : how the section differs near base and cap; None where it does not.
     """
 
     section: SectionLaw
     actuator: Actuator = eqx.field(static=True)
     domain: Domain = eqx.field(static=True)
     angle_error: float = eqx.field(static=True)
-    end_zone: EndZone | None = None
 
     def __hash__(self) -> int:
         """Hash of all but the arrays, which have none, so that `jax.jit(rod.solve)` works."""
@@ -274,21 +272,27 @@ class Rod(eqx.Module):
             loads = into_base(loads, base_rotation)
 
         law = self.section.at(pressure)
-        shape, reached = _equilibrium_shape(law, loads, self.actuator, self.end_zone, start, solver)
-        length = self.actuator.bending_length
-
-        def moment(s: Float[Array, ""], curvature: Float[Array, "3"]) -> Float[Array, "3"]:
-            return jnp.stack(section_state(law, self.end_zone, triple(curvature), s, length).moment)
+        turn = base_turn(self.actuator, pressure)
+        mount = None if turn is None else screw(turn, jnp.ones((), turn.dtype))[1]
+        if mount is not None:
+            loads = into_base(loads, mount)
+        offset = tip_offset(self.actuator, law.free_curvature)
+        shape, reached = _equilibrium_shape(law, loads, self.actuator, offset, start, solver)
 
         pressure_in_domain = self.domain.covers_pressure(pressure)
-        arc_lengths, curvatures, _ = shape.samples()
-        covered = jax.vmap(self.domain.covers_moment)(jax.vmap(moment)(arc_lengths, curvatures))
+        _, curvatures, _ = shape.samples()
+        covered = jax.vmap(self.domain.covers_moment)(jax.vmap(law.moment)(curvatures))
         in_domain = good & pressure_in_domain & jnp.all(covered)
         positions, rotations = shape.poses()
-        angle, plane = bending(rotations[:, :, 2], positions[-1])
-        tip_position = positions[-1] + self.actuator.tip_length * rotations[-1, :, 2]
+        end, tip_rotation, tangents = positions[-1], rotations[-1], rotations[:, :, 2]
+        tip_position = end + self.actuator.tip_length * tip_rotation[:, 2]
         tip_position = tip_position.at[2].add(self.actuator.stiff_base)
-        tip_rotation = rotations[-1]
+        if offset is not None:
+            tip_position = tip_position + tip_rotation @ offset
+        if mount is not None:
+            end, tip_rotation, tangents = mount @ end, mount @ tip_rotation, tangents @ mount.T
+            tip_position = mount @ tip_position
+        angle, plane = bending(tangents, end)
         if base_rotation is not None:
             tip_position, tip_rotation = base_rotation @ tip_position, base_rotation @ tip_rotation
         if base_position is not None:
@@ -315,6 +319,8 @@ class Rod(eqx.Module):
             unknown=reached.unknown,
             base_position=base_position,
             base_rotation=base_rotation,
+            mount=mount,
+            tip_offset=offset,
             stiff_base=self.actuator.stiff_base,
             tip_length=self.actuator.tip_length,
         )
@@ -329,21 +335,14 @@ class Rod(eqx.Module):
         return eqx.branched_error_if(solution, jnp.any(problems), jnp.argmax(problems), self._messages())
 
     def _chamber_volume(self, pressure: Float[Array, "3"], shape: Shape) -> Float[Array, "3"]:
-        """Volume −∂/∂p ∫ Π(u(s), p, s) ds at a fixed shape [m³]: one derivative for all sections."""
-        arc_lengths, curvatures, weights = shape.samples()
+        """Volume −∂/∂p ∫ Π(u(s), p) ds at a fixed shape [m³]: one derivative for all sections."""
+        _, curvatures, weights = shape.samples()
         # The stiff ends hold as much per length as the rest.
         weights = weights * (self.actuator.body_length / self.actuator.bending_length)
 
         def potential(pressure: Float[Array, "3"]) -> Float[Array, ""]:
-            if self.end_zone is None:
-                # Without the free curvature, which the law at a pressure comes with.
-                return weights @ jax.vmap(self.section.potential, (0, None))(curvatures, pressure)
-            law = self.section.at(pressure)
-
-            def energy(s: Float[Array, ""], curvature: Float[Array, "3"]) -> Float[Array, ""]:
-                return section_energy(law, self.end_zone, curvature, s, self.actuator.bending_length)
-
-            return weights @ jax.vmap(energy)(arc_lengths, curvatures)
+            # Without the free curvature, which the law at a pressure comes with.
+            return weights @ jax.vmap(self.section.potential, (0, None))(curvatures, pressure)
 
         return -jax.jacfwd(potential)(pressure)
 
@@ -368,13 +367,13 @@ def _equilibrium_shape(
     law: CurvatureLaw,
     loads: Loads,
     actuator: Actuator,
-    zone: EndZone | None,
+    offset: Float[Array, "3"] | None,
     start: Float[Array, " n"] | None,
     solver: Solver,
 ) -> tuple[Shape, Reached]:
     free, length = law.free_curvature, actuator.bending_length
-    equilibrium = Equilibrium(law, zone, resultants(loads, actuator, free.dtype), actuator)
-    if not jax.tree.leaves(loads) and zone is None:
+    equilibrium = Equilibrium(law, resultants(loads, actuator, free.dtype), actuator, offset)
+    if not jax.tree.leaves(loads):
         return Arc(base_curvature=free, length=length), Reached.free(length * free)
     reached = solve_equilibrium(equilibrium, start, solver)
     nodes = reached.nodes

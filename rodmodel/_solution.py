@@ -20,6 +20,9 @@ class RESULTS(eqx.Enumeration):
     not_converged = "Newton's method found no equilibrium that the rod could have gone to"
 
 
+# Part of the body over which the axis goes aside to where the cap is: 15 mm of the paper's actuator.
+_OFFSET_REACH = 0.25
+
 Numbers = ArrayLike | Sequence[float | int]
 """Numbers as they come: an array of JAX or NumPy, or a list."""
 
@@ -51,6 +54,8 @@ class Solution(eqx.Module):
     unknown : what the shooting solved for, u L at the base and after it, where there is a follower force,
         that force in the frame of the base [N]: a start for the next solve.
     base_position, base_rotation : where the base is; None for the origin, along +z.
+    mount : frame of the first section in that of the base; None for the same.
+    tip_offset : how far the cap lies beside the end of the shape, in its frame [m]; None for not at all.
     stiff_base, tip_length : straight parts before and behind the shape, the cap in the latter [m].
     """
 
@@ -69,6 +74,8 @@ class Solution(eqx.Module):
     unknown: Float[Array, " n"]
     base_position: Float[Array, "3"] | None
     base_rotation: Float[Array, "3 3"] | None
+    mount: Float[Array, "3 3"] | None
+    tip_offset: Float[Array, "3"] | None
     stiff_base: float = eqx.field(static=True)
     tip_length: float = eqx.field(static=True)
 
@@ -117,12 +124,18 @@ class Solution(eqx.Module):
         # Straight on at either end: below the shape, `rotation` is that of the base.
         position = position + (s - self.stiff_base - body) * rotation[:, 2]
         position = position.at[2].add(self.stiff_base)
+        if self.tip_offset is not None:
+            position = position + self._share_of_offset(body) * rotation @ self.tip_offset
+        if self.mount is not None:
+            position = self.mount @ position
         if self.base_rotation is not None:
             position = self.base_rotation @ position
         return position if self.base_position is None else self.base_position + position
 
     def _rotation(self, s: Float[Array, ""]) -> Float[Array, "3 3"]:
         rotation = self.shape.pose(self._in_shape(s))[1]
+        if self.mount is not None:
+            rotation = self.mount @ rotation
         return rotation if self.base_rotation is None else self.base_rotation @ rotation
 
     def _curvature(self, s: Float[Array, ""]) -> Float[Array, "3"]:
@@ -133,6 +146,11 @@ class Solution(eqx.Module):
     def _in_shape(self, s: Float[Array, ""]) -> Float[Array, ""]:
         """The arc length of the shape that is nearest to s."""
         return jnp.clip(s - self.stiff_base, 0.0, self.shape.length)
+
+    def _share_of_offset(self, s: Float[Array, ""]) -> Float[Array, ""]:
+        """How much of its offset to the cap the axis has: all at the end of the shape."""
+        x = jnp.clip(1.0 - (self.shape.length - s) / (_OFFSET_REACH * self.shape.length), 0.0, 1.0)
+        return x * x * (3.0 - 2.0 * x)
 
     def _along(self, quantity: Callable[["Solution", Float[Array, ""]], Array], arc_length: Numbers) -> Array:
         return self._evaluate(quantity, jnp.asarray(arc_length, self.tip_position.dtype))

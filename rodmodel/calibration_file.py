@@ -3,7 +3,8 @@
     {"schema": "rodmodel-calibration", "version": 1,
      "layout": {"name", "psi_rad" (null where the law is one of all orientations), "pitch_m"},
      "actuator": {"body_length_m", "cap_length_m", "body_diameter_m",
-                  "mass_per_length_kg_per_m", "cap_mass_kg", and, where known, "stiff_base_m", "stiff_tip_m"},
+                  "mass_per_length_kg_per_m", "cap_mass_kg", and, where known, "stiff_base_m", "stiff_tip_m",
+                  "base_turn_rad_per_pa", "tip_offset_m", "tip_offset_curvature_per_m"},
      "section_law": {"kind", "pressure_scale_pa", "curvature_scale_per_m", "energy_scale_n", "rest_volume_m2",
                      and the law's own arrays},
      "domain": {"pressure_max_pa" (three), "pressure_sum_max_pa", "moment_max_nm",
@@ -47,6 +48,13 @@ _ARRAYS = {
     "slopes": 1,
     "guess": 2,
 }
+_ENDS = {
+    "stiff_base": "stiff_base_m",
+    "stiff_tip": "stiff_tip_m",
+    "base_turn": "base_turn_rad_per_pa",
+    "tip_offset": "tip_offset_m",
+    "tip_offset_curvature": "tip_offset_curvature_per_m",
+}
 
 _SLACK = 1.0 + 1e-6
 _SAME = 1e-9  # but for the rounding of a change of units [rad]
@@ -85,7 +93,9 @@ class Actuator:
     """Lengths [m], body diameter [m], mass of the body per length [kg/m] and mass of the cap [kg].
 
     Near base and cap, where the section cannot widen freely, the body bends less: as if parts of it, the
-    `stiff_base` and the `stiff_tip` [m], did not bend at all.
+    `stiff_base` and the `stiff_tip` [m], did not bend at all. The base turns by `base_turn` [rad/Pa], and
+    the cap lies beside the arc by up to `tip_offset` [m], by 71 % of that at the `tip_offset_curvature`
+    [1/m]: see [`rodmodel._ends`][].
     """
 
     body_length: float
@@ -95,6 +105,9 @@ class Actuator:
     cap_mass: float
     stiff_base: float = 0.0
     stiff_tip: float = 0.0
+    base_turn: float = 0.0
+    tip_offset: float = 0.0
+    tip_offset_curvature: float = 1.0
 
     @property
     def bending_length(self) -> float:
@@ -184,8 +197,7 @@ def read_calibration(path: str | Path) -> Calibration:
             body_diameter=actuator.positive("body_diameter_m"),
             mass_per_length=actuator.not_negative("mass_per_length_kg_per_m"),
             cap_mass=actuator.not_negative("cap_mass_kg"),
-            stiff_base=_told_length(actuator, "stiff_base_m"),
-            stiff_tip=_told_length(actuator, "stiff_tip_m"),
+            **{name: _told(actuator, key) for name, key in _ENDS.items() if key in actuator.content},
         ),
         section_law=_read_law(record.record("section_law")),
         domain=Domain(
@@ -199,9 +211,9 @@ def read_calibration(path: str | Path) -> Calibration:
     )
 
 
-def _told_length(record: Record, key: str) -> float:
-    """A length of an end; may be below zero, for one that bends more, and is zero where it is not told."""
-    return record.number(key) if key in record.content else 0.0
+def _told(record: Record, key: str) -> float:
+    """A number of an end; a length may be below zero, for an end that bends more."""
+    return record.positive(key) if key == _ENDS["tip_offset_curvature"] else record.number(key)
 
 
 def save_calibration(calibration: Calibration, path: str | Path) -> None:
@@ -220,8 +232,7 @@ def save_calibration(calibration: Calibration, path: str | Path) -> None:
             "body_diameter_m": calibration.actuator.body_diameter,
             "mass_per_length_kg_per_m": calibration.actuator.mass_per_length,
             "cap_mass_kg": calibration.actuator.cap_mass,
-            "stiff_base_m": calibration.actuator.stiff_base,
-            "stiff_tip_m": calibration.actuator.stiff_tip,
+            **{key: getattr(calibration.actuator, name) for name, key in _ENDS.items()},
         },
         "section_law": _law_record(calibration.section_law),
         "domain": {

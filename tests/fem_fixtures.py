@@ -140,21 +140,22 @@ def bent_configuration(
     seed: int = 0,
     expansion: float = 1e-3,
     noise: float = 1e-3,
+    stretch: float = 1.0,
 ) -> Configuration:
     """An admissible configuration far from equilibrium.
 
-    Every node follows the rod's screw to its height; the section expands by ``expansion``, which keeps the
-    cavity off the barrier's wall; every node moves by up to ``noise`` [mm].
+    Every node follows the screw, stretched along the rod, to its height; the section expands by
+    ``expansion``, which keeps the cavity off the barrier's wall; every node moves by up to ``noise`` [mm].
     """
     rest = equations.rest()
-    series = screw_series(np.asarray(curvature), equations.reach)
+    series = screw_series(np.asarray(curvature), equations.reach, stretch)
     section = rest.positions * [1.0 + expansion, 1.0 + expansion, 0.0]
     positions = np.empty_like(section)
     for i, z in enumerate(rest.positions[:, 2]):
         motion = series.at(float(z))[0]
         positions[i] = motion[:3, :3] @ section[i] + motion[:3, 3]
     positions += noise * np.random.default_rng(seed).uniform(-1.0, 1.0, positions.shape)
-    return dataclasses.replace(rest, positions=positions, curvature=np.asarray(curvature))
+    return dataclasses.replace(rest, positions=positions, strain=np.append(curvature, stretch))
 
 
 def load_of(pressure: ArrayLike, moment: ArrayLike | None = None, curvature: ArrayLike | None = None) -> Load:

@@ -7,7 +7,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from calibration.cli._arguments import GOOD, BadInputError, Parser
+from calibration.cli._arguments import GOOD, BadInputError, Parser, not_negative
 
 _ROWS = {
     "tip_percent": "tip, % of length",
@@ -18,14 +18,29 @@ _ROWS = {
     "volume_mm3": "chamber volumes [mm3]",
 }
 
+_ENDS = {
+    "stiff_base": ("stiff base", "mm", 1e3),
+    "stiff_tip": ("stiff tip", "mm", 1e3),
+    "base_turn": ("turn of the base", "mrad/kPa", 1e6),
+    "tip_offset": ("cap aside, at most", "mm", 1e3),
+    "tip_offset_curvature": ("at about a curvature of", "1/m", 1.0),
+}
+
 
 def add_to(commands: "argparse._SubParsersAction[Parser]") -> list[Parser]:
     """Add the commands."""
     ends = commands.add_parser(
-        "ends", help="fit the ends that do not bend to the fit runs of the truth, and write them into files"
+        "ends", help="fit what the ends do to the fit runs of the truth, and write it into files"
     )
     ends.add_argument("truth", help="netCDF file that `truth --gather` wrote")
     ends.add_argument("files", nargs="*", metavar="FILE", help="calibration files to write them into")
+    ends.add_argument(
+        "--end-compliance-mm-per-n",
+        type=not_negative,
+        default=None,
+        metavar="C",
+        help="of the cell in the middle (default: as in `run`)",
+    )
     ends.set_defaults(command=_ends)
     judge = commands.add_parser("judge", help="shipped rods against the judge runs of the full actuator")
     judge.add_argument("truth", help="netCDF file that `truth --gather` wrote")
@@ -37,16 +52,20 @@ def add_to(commands: "argparse._SubParsersAction[Parser]") -> list[Parser]:
 
 
 def _ends(options: argparse.Namespace, command: str) -> int:
-    from calibration.ends import fit_ends
+    from calibration.ends import fit_compliance, fit_ends
     from calibration.provenance import code_version, sha256, today
+    from calibration.run import END_COMPLIANCE
     from calibration.truth import TruthError
     from fem_reference import ActuatorGeometry
     from rodmodel import read_calibration, save_calibration
 
     truth, geometry = _read(options.truth), ActuatorGeometry()
+    told = options.end_compliance_mm_per_n
+    compliance = END_COMPLIANCE if told is None else 1e-3 * told
     try:
         calibrations = {file: read_calibration(file) for file in options.files}
-        ends = fit_ends(truth, geometry.body_length, geometry.cap_length)
+        found = fit_compliance(truth, geometry.body_length, compliance or END_COMPLIANCE)
+        ends = fit_ends(truth, geometry.body_length, geometry.cap_length, compliance)
     except (ValueError, TruthError) as error:
         raise BadInputError(str(error)) from error
     note = {
@@ -54,20 +73,26 @@ def _ends(options: argparse.Namespace, command: str) -> int:
         "code_version": code_version(),
         "date": today(),
         "truth_sha256": sha256(Path(options.truth)),
+        "compliance_m_per_n": compliance,
+        "fitted_compliance": asdict(found),
         **asdict(ends),
     }
     for file, calibration in calibrations.items():
-        stiff = replace(calibration.actuator, stiff_base=ends.base, stiff_tip=ends.tip)
-        provenance = {**calibration.provenance, "stiff_ends": note}
-        save_calibration(replace(calibration, actuator=stiff, provenance=provenance), file)
+        actuator = replace(calibration.actuator, **ends.values)
+        provenance = {**calibration.provenance, "ends": note}
+        save_calibration(replace(calibration, actuator=actuator, provenance=provenance), file)
     if options.json:
         print(json.dumps(note))
         return GOOD
-    first, second = (1e3 * error for error in ends.standard_errors)
     print(
-        f"stiff base {1e3 * ends.base:.3f} ± {first:.3f} mm, "
-        f"stiff tip {1e3 * ends.tip:.3f} ± {second:.3f} mm, from {ends.states} states"
+        f"ends give by {1e3 * found.value:.3f} ± {1e3 * found.standard_error:.3f} mm/N, from {found.states} "
+        f"states: the middle's angle over a body is off by {math.degrees(found.after):.2f} deg (root mean "
+        f"square), with ends that hold by {math.degrees(found.before):.2f} deg"
     )
+    print(f"with {1e3 * compliance:g} mm/N in the cell:")
+    for name, (title, unit, factor) in _ENDS.items():
+        value, spread = factor * ends.values[name], factor * ends.standard_errors[name]
+        print(f"  {title:24s} {value:8.3f} ± {spread:.3f} {unit}")
     print(
         f"the tip is off by {1e3 * ends.after:.2f} mm and {math.degrees(ends.turn_after):.2f} deg (root mean "
         f"square), without them by {1e3 * ends.before:.2f} mm and {math.degrees(ends.turn_before):.2f} deg"

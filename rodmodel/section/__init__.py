@@ -1,7 +1,7 @@
 """Section laws: potential of curvature and pressure, per length of a uniform section."""
 
 from rodmodel.section._free_state_expansion import FreeStateExpansion
-from rodmodel.section._law import CurvatureLaw, SectionLaw
+from rodmodel.section._law import CurvatureLaw, Expansion, SectionLaw
 from rodmodel.section._linear import LinearLaw
 from rodmodel.section._oriented_network import OrientedNetwork
 from rodmodel.section._quartic import QuarticLaw
@@ -12,6 +12,7 @@ from rodmodel.section._turned import MirroredLaw, TurnedLaw
 __all__ = [
     "SYMMETRIES",
     "CurvatureLaw",
+    "Expansion",
     "FreeStateExpansion",
     "LinearLaw",
     "MirroredLaw",

@@ -56,7 +56,9 @@ def _derivatives(y: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
 
 def without_nodes(u: np.ndarray) -> Configuration:
     """The configuration of a cell that has no nodes."""
-    return Configuration(np.zeros((0, 3)), u / 1e3, np.zeros((0, 1)), np.zeros(0), np.zeros(2))
+    return Configuration(
+        np.zeros((0, 3)), np.append(u / 1e3, 1.0), np.zeros((0, 1)), np.zeros(0), np.zeros(2)
+    )
 
 
 def solve(load: Load, start: CellState | None = None) -> CellState:
@@ -73,6 +75,7 @@ def solve(load: Load, start: CellState | None = None) -> CellState:
                 pressure=p,
                 curvature=u,
                 moment=gradient[:3],
+                stretch=1.0,
                 energy=float(value),
                 volume=-gradient[3:],
                 hessian=hessian,

@@ -13,6 +13,7 @@ from fem_reference.screw import screw_series
 from fem_reference.section import MeshLevel
 from tests.fem_fixtures import (
     QUADRATIC,
+    TINY,
     asymmetry,
     bent_configuration,
     difference,
@@ -22,6 +23,7 @@ from tests.fem_fixtures import (
 )
 
 CURVATURE = np.array([0.006, -0.02, 0.004])
+STRETCH = 1.008
 PRESSURE = np.array([0.03, 0.01, 0.02])
 
 
@@ -32,15 +34,22 @@ def thin_chambers() -> CellEquations:
     return CellEquations(geometry, Ogden(), DoubleHelix(), Thread(), level)
 
 
+def sliding() -> CellEquations:
+    """The fewest elements, beside ends that give."""
+    return CellEquations(ActuatorGeometry(), Ogden(), DoubleHelix(), Thread(), TINY, axial_stiffness=250.0)
+
+
 def quadratic() -> CellEquations:
     return CellEquations(ActuatorGeometry(), Ogden(), DoubleHelix(), Thread(), QUADRATIC)
 
 
-# Steps in positions [mm] and in u [1/mm]. The rod's barrier bends over 0.02 mm, and a step of u moves nodes
-# by up to 30 mm² times it: the differences lose less than (1e-3)⁴ and 1e-9 to round-off. Walls change the
-# kind of their contacts at places closer than that, and take steps smaller by 100 at 1e-8 of round-off.
+# Steps in positions [mm] and in u [1/mm] and the stretch. The rod's barrier bends over 0.02 mm, and a step of
+# u moves nodes by up to 30 mm² times it, one of the stretch by up to 6 mm times it: the differences lose less
+# than (1e-3)⁴ and 1e-9 to round-off. Walls change the kind of their contacts at places closer than that, and
+# take steps smaller by 100 at 1e-8 of round-off.
 CASES = {
     "open": (tiny_equations, 1e-5, 1e-6),
+    "sliding": (sliding, 1e-5, 1e-6),
     "quadratic": (quadratic, 1e-5, 1e-6),
     "walls in contact": (thin_chambers, 1e-7, 1e-8),
 }
@@ -52,10 +61,10 @@ class Case:
 
     equations: CellEquations
     position_step: float
-    curvature_step: float
+    strain_step: float
 
     def __post_init__(self):
-        self.at = bent_configuration(self.equations, CURVATURE)
+        self.at = bent_configuration(self.equations, CURVATURE, stretch=STRETCH)
         self.linear = self.linearise(self.at)
         self.direction = np.random.default_rng(9).uniform(-1.0, 1.0, self.at.positions.shape)
 
@@ -68,8 +77,8 @@ class Case:
     def moved(self, t):
         return dataclasses.replace(self.at, positions=self.at.positions + t * self.direction)
 
-    def bent(self, t, i):
-        return dataclasses.replace(self.at, curvature=CURVATURE + t * np.eye(3)[i])
+    def strained(self, t, i):
+        return dataclasses.replace(self.at, strain=self.at.strain + t * np.eye(4)[i])
 
     def hessian(self):
         upper = self.equations.pattern.matrix(self.linear.data)
@@ -88,7 +97,7 @@ def case(request) -> Case:
 
 def test_the_configurations_are_what_the_cases_say(case):
     x = case.equations.all_positions(case.at)
-    series = screw_series(CURVATURE, case.equations.reach)
+    series = case.equations.series(case.at)
     assert case.equations.rod.admissible(x, series)
     # The rod's barrier is at work too.
     assert case.equations.rod.gap(x, series).min() < 0.002
@@ -102,11 +111,11 @@ def test_residual_is_the_slope_of_the_potential_in_the_nodes(case):
     assert case.along(case.linear.residual) == pytest.approx(float(slope), rel=1e-6)
 
 
-def test_curvature_residual_is_the_slope_of_the_potential_in_u(case):
+def test_strain_residual_is_the_slope_of_the_potential_in_the_strain(case):
     slope = [
-        difference(lambda t, i=i: case.potential(case.bent(t, i)), case.curvature_step) for i in range(3)
+        difference(lambda t, i=i: case.potential(case.strained(t, i)), case.strain_step) for i in range(4)
     ]
-    assert relative_error(case.linear.curvature_residual, slope) <= 1e-6
+    assert relative_error(case.linear.strain_residual, slope) <= 1e-6
 
 
 def test_volumes_are_the_slopes_of_the_potential_in_the_pressures(case):
@@ -122,23 +131,23 @@ def test_hessian_in_the_nodes_is_the_slope_of_the_residual(case):
     assert relative_error(product, slope) <= 1e-6
 
 
-def test_mixed_hessian_is_the_slope_in_u_and_in_the_nodes(case):
-    node_curvature = case.linear.node_curvature
-    for i in range(3):
-        slope = difference(lambda t, i=i: case.linearise(case.bent(t, i)).residual[:-2], case.curvature_step)
-        assert relative_error(node_curvature[:-2, i], slope) <= 1e-6
-    slope = difference(lambda t: case.linearise(case.moved(t)).curvature_residual, case.position_step)
-    assert relative_error(case.along(node_curvature), slope) <= 1e-6
-    np.testing.assert_array_equal(node_curvature[-2:], 0.0)
+def test_mixed_hessian_is_the_slope_in_the_strain_and_in_the_nodes(case):
+    node_strain = case.linear.node_strain
+    for i in range(4):
+        slope = difference(lambda t, i=i: case.linearise(case.strained(t, i)).residual[:-2], case.strain_step)
+        assert relative_error(node_strain[:-2, i], slope) <= 1e-6
+    slope = difference(lambda t: case.linearise(case.moved(t)).strain_residual, case.position_step)
+    assert relative_error(case.along(node_strain), slope) <= 1e-6
+    np.testing.assert_array_equal(node_strain[-2:], 0.0)
 
 
-def test_hessian_in_the_curvature_is_the_symmetric_slope_of_its_residual(case):
+def test_hessian_in_the_strain_is_the_symmetric_slope_of_its_residual(case):
     def residual(t, i):
-        return case.linearise(case.bent(t, i)).curvature_residual
+        return case.linearise(case.strained(t, i)).strain_residual
 
-    slope = [difference(lambda t, i=i: residual(t, i), case.curvature_step) for i in range(3)]
-    assert relative_error(case.linear.curvature_curvature, slope) <= 1e-6
-    assert asymmetry(case.linear.curvature_curvature) <= 1e-10
+    slope = [difference(lambda t, i=i: residual(t, i), case.strain_step) for i in range(4)]
+    assert relative_error(case.linear.strain_strain, slope) <= 1e-6
+    assert asymmetry(case.linear.strain_strain) <= 1e-10
 
 
 def test_hessian_in_the_pressures_is_the_slope_of_the_residuals(case):
@@ -150,16 +159,16 @@ def test_hessian_in_the_pressures_is_the_slope_of_the_residuals(case):
         # Linear in p: round-off of residuals of 10 N over steps of 1 MPa, with gradients of 0.1 mm².
         slope = difference(lambda t: moved(t).residual[:-2], 1.0)
         assert relative_error(case.linear.node_pressure[:-2, k], slope) <= 1e-10
-        slope = difference(lambda t: moved(t).curvature_residual, 1.0)
-        assert relative_error(case.linear.curvature_pressure[:, k], slope) <= 1e-10
+        slope = difference(lambda t: moved(t).strain_residual, 1.0)
+        assert relative_error(case.linear.strain_pressure[:, k], slope) <= 1e-10
 
 
 def test_pressures_mixed_hessian_is_the_slope_of_the_volumes(case):
     slope = difference(lambda t: case.equations.volumes(case.moved(t)), 1e-3)
     np.testing.assert_allclose(case.along(-case.linear.node_pressure), slope, rtol=0, atol=1e-9)
-    for i in range(3):
-        slope = difference(lambda t, i=i: case.equations.volumes(case.bent(t, i)), 1e-4)
-        np.testing.assert_allclose(-case.linear.curvature_pressure[i], slope, rtol=0, atol=1e-7)
+    for i in range(4):
+        slope = difference(lambda t, i=i: case.equations.volumes(case.strained(t, i)), 1e-4)
+        np.testing.assert_allclose(-case.linear.strain_pressure[i], slope, rtol=0, atol=1e-7)
 
 
 def test_top_nodes_are_the_rods_motion_of_bottom_nodes(equations):
@@ -238,7 +247,7 @@ def test_the_mixed_unknowns_follow_a_step_to_first_order(equations):
     nodes = rng.uniform(-1.0, 1.0, at.positions.shape)
     errors = []
     for size in (1e-3, 5e-4, 2.5e-4):
-        step = Step(size * nodes, size * np.array([0.1, -0.2, 0.1]), np.ones(2))
+        step = Step(size * nodes, size * np.array([0.1, -0.2, 0.1, 0.1]), np.ones(2))
         end = equations.advance(at, step, 1.0, linear)
         x = equations.all_positions(end)
         pressure = equations.solid.bulk_modulus * equations.solid.dilatation(x)

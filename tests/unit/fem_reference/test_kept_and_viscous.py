@@ -117,20 +117,20 @@ def test_a_stiffened_matrix_is_that_of_a_step_in_time(case):
 
 
 @pytest.mark.parametrize("level", [TINY, QUADRATIC], ids=["linear", "quadratic"])
-def test_resistance_to_a_change_of_u_is_an_exact_derivative_too(level):
-    """From the straight cell's positions to those of a bent one: the top face moves with u."""
+def test_resistance_to_a_change_of_the_strain_is_an_exact_derivative_too(level):
+    """From the straight cell's positions to those of a bent one: the top face moves with the strain."""
     case = cell(level)
     equations = case.problem.equations
     viscous = case.problem.viscous(equations.rest(), 0.7)
 
     def linearise(t: float, i: int):
-        at = dataclasses.replace(case.at, curvature=CURVATURE + t * np.eye(3)[i])
+        at = dataclasses.replace(case.at, strain=case.at.strain + t * np.eye(4)[i])
         return equations.linearise(at, PRESSURE, exact=True, viscous=viscous)
 
     linear = linearise(0.0, 0)
-    for i in range(3):
+    for i in range(4):
         # The step and the tolerance of the cell's own derivatives.
         slope = difference(lambda t, i=i: linearise(t, i).residual[:-2], 1e-6)
-        assert relative_error(linear.node_curvature[:-2, i], slope) <= 1e-6
-        slope = difference(lambda t, i=i: linearise(t, i).curvature_residual, 1e-6)
-        assert relative_error(linear.curvature_curvature[i], slope) <= 1e-6
+        assert relative_error(linear.node_strain[:-2, i], slope) <= 1e-6
+        slope = difference(lambda t, i=i: linearise(t, i).strain_residual, 1e-6)
+        assert relative_error(linear.strain_strain[i], slope) <= 1e-6

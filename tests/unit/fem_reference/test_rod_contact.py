@@ -1,4 +1,4 @@
-"""Contact with the rod: gaps to a helix of known place, and exact derivatives in the nodes and in u."""
+"""Contact with the rod: gaps to a helix of known place, and exact derivatives in nodes and strain."""
 
 import numpy as np
 import pytest
@@ -9,6 +9,7 @@ from tests.fem_fixtures import asymmetry, difference, relative_error
 
 RADIUS, REACH = 1.0, 6.0
 CURVATURE = np.array([0.02, -0.05, 0.03])
+STRAIN = np.append(CURVATURE, 1.02)
 COUNT = 40
 RNG = np.random.default_rng(0)
 STATIONS = RNG.uniform(0.0, 3.0, COUNT)
@@ -18,9 +19,9 @@ GAPS = np.linspace(-0.016, 0.004, COUNT)
 AREAS = RNG.uniform(0.05, 0.2, COUNT)
 
 
-def around_the_axis(gaps: np.ndarray, curvature: np.ndarray = CURVATURE) -> np.ndarray:
+def around_the_axis(gaps: np.ndarray, stretch: float = 1.0) -> np.ndarray:
     """Points in the rod's cross-sections, at these gaps from its surface."""
-    series = screw_series(curvature, REACH)
+    series = screw_series(CURVATURE, REACH, stretch)
     points = []
     for s, azimuth, gap in zip(STATIONS, AZIMUTHS, gaps, strict=True):
         offset = (RADIUS + gap) * np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
@@ -36,8 +37,8 @@ def contact() -> RodContact:
     return RodContact(np.arange(COUNT), AREAS, RADIUS, starts)
 
 
-def response(contact, x, u):
-    return contact.response(x, screw_series(u, REACH))
+def response(contact, x, strain=STRAIN):
+    return contact.response(x, screw_series(strain[:3], REACH, strain[3]))
 
 
 def test_gaps_are_the_distances_to_the_rods_surface(contact):
@@ -102,16 +103,16 @@ def test_the_nodes_force_is_normal_to_the_rod(contact):
     )
 
 
-# The barrier bends over its activation distance of 0.02 mm: a step of 1e-5 mm in the nodes, or of 1e-6 1/mm
-# over a lever of up to 10 mm² in u, moves a gap by 1/2000 of that. Two of fourth order lose less than 1e-9;
-# round-off is 1e-10.
-NODE_STEP, CURVATURE_STEP = 1e-5, 1e-6
+# The barrier bends over its activation distance of 0.02 mm: a step of 1e-5 mm in the nodes, of 1e-6 1/mm over
+# a lever of up to 10 mm² in u, or of 1e-6 over one of 6 mm in the stretch, moves a gap by 1/2000 of that. Two
+# of fourth order lose less than 1e-9; round-off is 1e-10.
+NODE_STEP, STRAIN_STEP = 1e-5, 1e-6
 
 
 @pytest.fixture(scope="module")
 def x() -> np.ndarray:
     # Off the cross-sections, so that the closest point moves too.
-    return around_the_axis(GAPS) + 1e-4 * np.random.default_rng(2).uniform(-1.0, 1.0, (COUNT, 3))
+    return around_the_axis(GAPS, STRAIN[3]) + 1e-4 * np.random.default_rng(2).uniform(-1.0, 1.0, (COUNT, 3))
 
 
 @pytest.fixture(scope="module")
@@ -120,50 +121,48 @@ def direction() -> np.ndarray:
 
 
 def test_forces_are_the_slopes_of_the_energy(contact, x, direction):
-    found = response(contact, x, CURVATURE)
-    slope = difference(lambda t: response(contact, x + t * direction, CURVATURE).energy, NODE_STEP)
+    found = response(contact, x)
+    slope = difference(lambda t: response(contact, x + t * direction).energy, NODE_STEP)
     assert np.sum(found.node_force * direction) == pytest.approx(float(slope), rel=1e-6)
-    for i, e in enumerate(np.eye(3)):
-        slope = difference(lambda t, e=e: response(contact, x, CURVATURE + t * e).energy, CURVATURE_STEP)
-        assert abs(found.curvature_force[i] - slope) <= 1e-6 * np.abs(found.curvature_force).max()
+    for i, e in enumerate(np.eye(4)):
+        slope = difference(lambda t, e=e: response(contact, x, STRAIN + t * e).energy, STRAIN_STEP)
+        assert abs(found.strain_force[i] - slope) <= 1e-6 * np.abs(found.strain_force).max()
 
 
 def test_stiffness_in_the_nodes_is_the_slope_of_the_forces(contact, x, direction):
-    found = response(contact, x, CURVATURE)
+    found = response(contact, x)
 
     def moved(t):
-        return response(contact, x + t * direction, CURVATURE)
+        return response(contact, x + t * direction)
 
     slope = difference(lambda t: moved(t).node_force, NODE_STEP)
     assert relative_error(np.einsum("nij,nj->ni", found.node_stiffness, direction), slope) <= 1e-6
-    slope = difference(lambda t: moved(t).curvature_force, NODE_STEP)
-    assert relative_error(np.einsum("niu,ni->u", found.node_curvature, direction), slope) <= 1e-6
+    slope = difference(lambda t: moved(t).strain_force, NODE_STEP)
+    assert relative_error(np.einsum("niu,ni->u", found.node_strain, direction), slope) <= 1e-6
 
 
-def test_stiffness_in_the_curvature_is_the_slope_of_the_forces(contact, x):
-    found = response(contact, x, CURVATURE)
-    for i, e in enumerate(np.eye(3)):
-        slope = difference(lambda t, e=e: response(contact, x, CURVATURE + t * e).node_force, CURVATURE_STEP)
-        assert relative_error(found.node_curvature[:, :, i], slope) <= 1e-6
-        slope = difference(
-            lambda t, e=e: response(contact, x, CURVATURE + t * e).curvature_force, CURVATURE_STEP
-        )
-        assert relative_error(found.curvature_stiffness[i], slope) <= 1e-6
+def test_stiffness_in_the_strain_is_the_slope_of_the_forces(contact, x):
+    found = response(contact, x)
+    for i, e in enumerate(np.eye(4)):
+        slope = difference(lambda t, e=e: response(contact, x, STRAIN + t * e).node_force, STRAIN_STEP)
+        assert relative_error(found.node_strain[:, :, i], slope) <= 1e-6
+        slope = difference(lambda t, e=e: response(contact, x, STRAIN + t * e).strain_force, STRAIN_STEP)
+        assert relative_error(found.strain_stiffness[i], slope) <= 1e-6
 
 
 def test_stiffness_is_symmetric(contact, x):
-    found = response(contact, x, CURVATURE)
+    found = response(contact, x)
     assert asymmetry(found.node_stiffness) <= 1e-10
-    assert asymmetry(found.curvature_stiffness) <= 1e-10
+    assert asymmetry(found.strain_stiffness) <= 1e-10
 
 
 def test_energy_force_and_stiffness_are_continuous_where_the_barrier_ends(contact):
     """b, b' and b'' vanish at d̂ with the first power of what is left at least: b'' ≤ 6 k δ/d̂."""
     edge = (1.0 - REST_SHARE) * ACTIVATION
-    near = response(contact, around_the_axis(np.full(COUNT, edge - 1e-9)), CURVATURE)
+    near = response(contact, around_the_axis(np.full(COUNT, edge - 1e-9), STRAIN[3]))
     assert near.energy <= 1e-20
     assert np.abs(near.node_force).max() <= 1e-15
     assert np.abs(near.node_stiffness).max() <= 1.01 * 6e-9 / ACTIVATION * AREAS.max()
-    beyond = response(contact, around_the_axis(np.full(COUNT, edge + 1e-9)), CURVATURE)
+    beyond = response(contact, around_the_axis(np.full(COUNT, edge + 1e-9), STRAIN[3]))
     assert beyond.energy == 0.0
     assert np.abs(beyond.node_stiffness).max() == 0.0

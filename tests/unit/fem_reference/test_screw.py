@@ -20,10 +20,10 @@ def curvature(request: pytest.FixtureRequest) -> np.ndarray:
     return request.param
 
 
-def exponential(curvature: np.ndarray, s: float) -> np.ndarray:
+def exponential(curvature: np.ndarray, s: float, stretch: float = 1.0) -> np.ndarray:
     generator = np.zeros((4, 4))
     generator[:3, :3] = cross_matrix(curvature)
-    generator[2, 3] = 1.0
+    generator[2, 3] = stretch
     return expm(s * generator)
 
 
@@ -36,13 +36,18 @@ def test_the_series_is_the_matrix_exponential(curvature, s):
 
 
 @pytest.mark.parametrize("s", [-LENGTH, 3.0, LENGTH])
-def test_derivatives_are_the_slopes_in_the_curvature(curvature, s):
+def test_derivatives_are_the_slopes_in_curvature_and_stretch(curvature, s):
     # A step of 1e-3 in u turns by 6e-3 rad: the differences lose s (6e-3)⁴/30 = 3e-10 and round-off of 1e-12.
-    _, first, second = screw_series(curvature, LENGTH).at(s)
-    for i, e in enumerate(np.eye(3)):
-        slope = difference(lambda t, e=e: exponential(curvature + t * e, s), 1e-3)
+    strain = np.append(curvature, 1.02)
+
+    def series(strain):
+        return screw_series(strain[:3], LENGTH, strain[3])
+
+    _, first, second = series(strain).at(s)
+    for i, e in enumerate(np.eye(4)):
+        slope = difference(lambda t, e=e: exponential((strain + t * e)[:3], s, (strain + t * e)[3]), 1e-3)
         np.testing.assert_allclose(first[i], slope, rtol=0, atol=1e-9)
-        slope = difference(lambda t, e=e: screw_series(curvature + t * e, LENGTH).at(s)[1], 1e-3)
+        slope = difference(lambda t, e=e: series(strain + t * e).at(s)[1], 1e-3)
         # s²: one order of u more.
         np.testing.assert_allclose(second[i], slope, rtol=0, atol=1e-8)
 

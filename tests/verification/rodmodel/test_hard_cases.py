@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import rodmodel
-from rodmodel import RESULTS, Adaptive, End, EndZone, FixedStep, LinearLaw, Rod
+from rodmodel import RESULTS, Adaptive, FixedStep, LinearLaw, Rod
 from tests.unit.rodmodel import synthetic
 
 LENGTH = synthetic.ACTUATOR.body_length
@@ -189,18 +189,6 @@ def test_stiff_and_soft_sections_under_loads_in_proportion_bend_alike(factor: fl
         return rod.solve([40e3, 5e3, 0.0], tip_force=scale * FORCE, solver=FixedStep(8))
 
     np.testing.assert_allclose(bent(factor).tip_position, bent(1.0).tip_position, rtol=1e-9, atol=1e-12)
-
-
-def test_a_free_rod_with_end_zones_has_the_scaled_free_curvature(rod: Rod) -> None:
-    zone = EndZone(base=End(0.4, -0.3, 4e-3), cap=End(0.2, -0.5, 6e-3))
-    ended = replace(rod, end_zone=zone)
-    solution = ended.solve(PRESSURE, solver=FixedStep(64))
-    s = np.linspace(0.0, LENGTH, 65)
-    free = np.asarray(rod.section.free_curvature(jnp.array(PRESSURE)))
-    factor = 1.0 - 0.3 * np.exp(-s / 4e-3) - 0.5 * np.exp((s - LENGTH) / 6e-3)
-    # Steps of a quarter of the decay length: an error of order 4 of 2e-5.
-    np.testing.assert_allclose(solution.curvature(s), factor[:, None] * free, atol=2e-5 * np.abs(free).max())
-    assert solution.bending_angle < rod.solve(PRESSURE).bending_angle
 
 
 def test_the_jacobian_is_that_of_central_differences(rod: Rod) -> None:

@@ -1,0 +1,38 @@
+"""What the ends do besides not bending: the base turns with the pressures, and the cap goes aside.
+
+At base and cap the closed chambers push on a face that holds the section's shape. The first section tilts by
+an angle proportional to the pressures' moment, about Σ_k p_k e_k with e_k the axis about which chamber k
+bends the rod. At the other end the body straightens before the cap and turns the more in it, so that the cap
+comes out beside where the arc would end, away from the bend, by
+
+    a û⊥ × e₃ / (κ₀² + |û⊥|²)^½
+
+with û the free curvature and û⊥ its part that bends. Both are those of the full finite-element actuator, to
+whose runs the numbers in [`rodmodel.Actuator`][] are fitted.
+"""
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from rodmodel.calibration_file import Actuator
+
+_AZIMUTHS = 2.0 * np.pi / 3.0 * np.arange(3)
+_BENDING_AXES = np.stack([np.sin(_AZIMUTHS), -np.cos(_AZIMUTHS), np.zeros(3)], axis=1)
+
+
+def base_turn(actuator: Actuator, pressure: Float[Array, "3"]) -> Float[Array, "3"] | None:
+    """Rotation vector of the first section, frame of the clamp [rad]; None where it does not turn."""
+    if not actuator.base_turn:
+        return None
+    moment = pressure[:, None] * jnp.asarray(_BENDING_AXES, pressure.dtype)
+    return actuator.base_turn * jnp.sum(moment, axis=0)
+
+
+def tip_offset(actuator: Actuator, free_curvature: Float[Array, "3"]) -> Float[Array, "3"] | None:
+    """How far the cap lies beside the body's end, in the frame of that end [m]; None for not at all."""
+    if not actuator.tip_offset:
+        return None
+    x, y, _ = free_curvature
+    size = actuator.tip_offset / jnp.sqrt(actuator.tip_offset_curvature**2 + x * x + y * y)
+    return jnp.stack([-size * y, size * x, jnp.zeros_like(x)])

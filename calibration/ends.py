@@ -90,7 +90,7 @@ def fit_compliance(truth: xr.Dataset, body_length: float, trial: float) -> Compl
     """
     chosen = _fit_states(truth)
     middle = body_length * chosen["middle_curvature"].values
-    held, given = (body_length * _per_rod(cell_states(chosen, c)) for c in (0.0, trial))
+    held, given = (body_length * _per_rod(*cell_bending(chosen, c)) for c in (0.0, trial))
     slope, gap = (given - held)[:, :2].ravel(), (middle - held)[:, :2].ravel()
     share = float(slope @ gap / (slope @ slope))
     left = gap - share * slope
@@ -120,7 +120,7 @@ def fit_ends(truth: xr.Dataset, body_length: float, cap_length: float, complianc
         Where the truth has no such state.
     """
     chosen = _fit_states(truth)
-    curvature = np.array([state.curvature for state in cell_states(chosen, compliance)])
+    curvature, _ = cell_bending(chosen, compliance)
     pressure = chosen["pressure"].values
     tip, axis = chosen["tip_position"].values, chosen["tip_rotation"].values[:, :, 2]
     units = np.array(list(PARAMETERS.values()))
@@ -191,8 +191,10 @@ def tip_between_ends(
     return base.apply(position), base.apply(end[:, :, 2])
 
 
-def cell_states(states: xr.Dataset, compliance: float) -> list[CellState]:
-    """The period cell at the pressures of unloaded states, case by case, with ends that give [m/N]."""
+def cell_bending(
+    states: xr.Dataset, compliance: float
+) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
+    """Free curvature [1/m] and stretch of the cell at the pressures of unloaded states, ends giving [m/N]."""
     names = states["case"].values
     found: dict[int, CellState] = {}
     for name in dict.fromkeys(names):
@@ -201,12 +203,15 @@ def cell_states(states: xr.Dataset, compliance: float) -> list[CellState]:
         mesh = states.attrs["mesh"]
         cell = PeriodCell(winding=case_of(name).winding, level=mesh, end_compliance=compliance)
         found.update(zip(own, follow(cell, loads), strict=True))
-    return [found[row] for row in range(len(names))]
+    ordered = [found[row] for row in range(len(names))]
+    return np.array([s.curvature for s in ordered]), np.array([s.stretch for s in ordered])
 
 
-def _per_rod(states: list[CellState]) -> Float[np.ndarray, "n 3"]:
+def _per_rod(
+    curvature: Float[np.ndarray, "n 3"], stretch: Float[np.ndarray, " n"]
+) -> Float[np.ndarray, "n 3"]:
     """Curvature per length of the rod, which the silicone slides along [1/m]."""
-    return np.array([state.curvature / state.stretch for state in states])
+    return curvature / stretch[:, None]
 
 
 def _fit_states(truth: xr.Dataset) -> xr.Dataset:

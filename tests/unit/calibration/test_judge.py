@@ -1,4 +1,4 @@
-"""Stiff ends from truth, and the rod judged by it: what is put in comes out; what is out of reach is left."""
+"""Ends from truth, and the rod judged by it: what is put in comes out; what is out of reach is left."""
 
 import json
 
@@ -17,19 +17,32 @@ from rodmodel import Actuator, Calibration, Layout
 from tests.unit.rodmodel import synthetic
 
 BODY, CAP = 60e-3, 6e-3
-BASE, TIP = 0.4e-3, 0.25e-3
+PLANTED = {
+    "stiff_base": 3.1e-3,
+    "stiff_tip": 0.8e-3,
+    "base_turn": 1.7e-6,
+    "tip_offset": 2.2e-3,
+    "tip_offset_curvature": 9.0,
+}
+COMPLIANCE = 0.2e-3  # [m/N]
 CURVATURE = np.array(
     [[0.0, -7.0, 0.5], [0.0, -20.0, 0.0], [4.0, 9.0, -1.0], [12.0, 0.0, 2.0], [0.0, 30.0, 0.0]]
 )
 
 
+PRESSURE = 1e3 * np.array(
+    [[12.0, 0.0, 0.0], [35.0, 0.0, 0.0], [0.0, 10.0, 20.0], [15.0, 30.0, 0.0], [0.0, 40.0, 40.0]]
+)
+
+
 def truth_of(role="fit", **changed) -> xr.Dataset:
-    """Runs of an actuator that is an arc between straight ends."""
+    """Runs of an actuator that is an arc between ends."""
     count = len(CURVATURE)
     rod = np.zeros((count, 3))
-    tip, axis = ends.tip_between_ends(CURVATURE, BODY, CAP, BASE, TIP)
+    tip, axis = ends.tip_between_ends(1.01 * CURVATURE, PRESSURE, BODY, CAP, **PLANTED)
     values = {
-        "pressure": (("state", "chamber"), 1e4 * np.abs(np.roll(CURVATURE, 1, axis=1)) / 30.0),
+        "pressure": (("state", "chamber"), PRESSURE),
+        "middle_curvature": (("state", "axis"), (1.0 - 10.0 * COMPLIANCE) * CURVATURE),
         "tip_force": (("state", "axis"), rod),
         "gravity": (("state", "axis"), rod),
         "tip_position": (("state", "axis"), tip),
@@ -49,40 +62,55 @@ def truth_of(role="fit", **changed) -> xr.Dataset:
 
 @pytest.fixture
 def known_cell(monkeypatch):
-    """The cell bends as the actuator's middle."""
-    monkeypatch.setattr(ends, "cell_curvatures", lambda states: CURVATURE)
+    """The cell bends as the actuator's middle, and by so much less as its ends give."""
+
+    def bending(chosen, compliance):
+        return 1.01 * (1.0 - 10.0 * compliance) * CURVATURE, np.full(len(CURVATURE), 1.01)
+
+    monkeypatch.setattr(ends, "cell_bending", bending)
 
 
 def test_the_arc_between_ends_is_that_of_a_rod():
     """Against the rod's closed form, to rounding."""
     calibration = synthetic.calibration()
-    actuator = Actuator(BODY, CAP, 12e-3, 0.1, 1e-3, stiff_base=BASE, stiff_tip=TIP)
+    actuator = Actuator(BODY, CAP, 12e-3, 0.1, 1e-3, **PLANTED)
     rod = rodmodel.Rod(calibration.section_law, actuator, calibration.domain, 0.01)
     pressure = jnp.array([30e3, 12e3, 5e3])
     curvature = np.asarray(rod.section.free_curvature(pressure))[None]
-    (tip,), (axis,) = ends.tip_between_ends(curvature, BODY, CAP, BASE, TIP)
+    (tip,), (axis,) = ends.tip_between_ends(curvature, np.asarray(pressure)[None], BODY, CAP, **PLANTED)
     np.testing.assert_allclose(tip, rod.solve(pressure).tip_position, atol=1e-14)
     np.testing.assert_allclose(axis, rod.solve(pressure).tip_rotation[:, 2], atol=1e-14)
 
 
-def test_the_lengths_of_the_ends_are_found(known_cell):
+def test_the_compliance_of_the_ends_is_found(known_cell):
+    """In a cell that is linear in it, whatever it is tried with; with noise, within three standard errors."""
+    for trial in (0.1e-3, 0.4e-3):
+        found = ends.fit_compliance(truth_of(), BODY, trial)
+        assert found.value == pytest.approx(COMPLIANCE, rel=1e-9)
+        assert found.after < 1e-12 < 1e-3 < found.before
+    noisy = truth_of()
+    noise = np.random.default_rng(2).standard_normal(CURVATURE.shape)
+    noisy["middle_curvature"] = noisy["middle_curvature"] + 3e-4 * noise
+    found = ends.fit_compliance(noisy, BODY, 0.3e-3)
+    assert 0.0 < abs(found.value - COMPLIANCE) < 3.0 * found.standard_error < 0.2 * COMPLIANCE
+
+
+def test_the_ends_are_found(known_cell):
     """Planted ones, to the tolerance of the least squares; with noise, within three standard errors."""
-    found = ends.fit_ends(truth_of(), BODY, CAP)
-    assert (found.base, found.tip) == pytest.approx((BASE, TIP), abs=1e-9)
+    found = ends.fit_ends(truth_of(), BODY, CAP, 0.0)
+    assert found.values == pytest.approx(PLANTED, rel=1e-6)
     assert found.before > 1e-4 > 1e-9 > found.after
     noisy = truth_of()
     noisy["tip_position"] = noisy["tip_position"] + 2e-5 * np.random.default_rng(1).standard_normal((5, 3))
-    found = ends.fit_ends(noisy, BODY, CAP)
-    for value, planted, error in zip(
-        (found.base, found.tip), (BASE, TIP), found.standard_errors, strict=True
-    ):
-        assert 0.0 < error < 2e-4
-        assert abs(value - planted) < 3.0 * error
+    found = ends.fit_ends(noisy, BODY, CAP, 0.0)
+    for name, planted in PLANTED.items():
+        assert 0.0 < found.standard_errors[name] < 0.2 * planted
+        assert abs(found.values[name] - planted) < 3.0 * found.standard_errors[name]
 
 
 def test_judges_never_fit(known_cell):
     with pytest.raises(TruthError, match="no unloaded state of a fit run"):
-        ends.fit_ends(truth_of(role="judge"), BODY, CAP)
+        ends.fit_ends(truth_of(role="judge"), BODY, CAP, 0.0)
 
 
 def test_loaded_states_and_those_behind_a_jump_are_told_apart():
@@ -123,6 +151,7 @@ def exact() -> xr.Dataset:
             "gravity": (("state", "axis"), np.array(states["gravity"])),
             "tip_position": (("state", "axis"), of("tip_position")),
             "tip_rotation": (("state", "row", "column"), of("tip_rotation")),
+            "middle_curvature": (("state", "axis"), np.zeros((count, 3))),
             "residual": (("state",), np.zeros(count)),
             "bending_angle": (("state",), of("bending_angle")),
             "bending_plane": (("state",), of("bending_plane")),
@@ -164,11 +193,15 @@ def test_the_command_writes_the_ends_into_files(known_cell, tmp_path, capsys):
     truth_of().to_netcdf(truth, engine="h5netcdf")
     made: Calibration = synthetic.calibration()
     rodmodel.save_calibration(made, file)
-    assert main(["ends", str(truth), str(file)]) == 0
-    assert "stiff base 0.400" in capsys.readouterr().out
+    assert main(["ends", str(truth), str(file), "--end-compliance-mm-per-n", "0"]) == 0
+    told = capsys.readouterr().out
+    assert "ends give by 0.200 ± 0.000 mm/N, from 5 states" in told
+    assert "stiff base                  3.100 ± 0.000 mm" in told
     written = rodmodel.read_calibration(file)
-    assert (written.actuator.stiff_base, written.actuator.stiff_tip) == pytest.approx((BASE, TIP), abs=1e-9)
-    assert written.provenance["stiff_ends"]["states"] == 5
+    for name, planted in PLANTED.items():
+        assert getattr(written.actuator, name) == pytest.approx(planted, rel=1e-6)
+    assert written.provenance["ends"]["states"] == 5
+    assert written.provenance["ends"]["compliance_m_per_n"] == 0.0
     assert written.layout == Layout("double-helix", 0.0, 3e-3)
 
 

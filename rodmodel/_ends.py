@@ -5,7 +5,7 @@ an angle proportional to the pressures' moment, about Σ_k p_k e_k with e_k the 
 bends the rod. At the other end the body straightens before the cap and turns the more in it, so that the cap
 comes out beside where the arc would end, away from the bend, by
 
-    a û⊥ × e₃ / (κ₀² + |û⊥|²)^½
+    a e₃ × û⊥ / (κ₀² + |û⊥|²)^½
 
 with û the free curvature and û⊥ its part that bends. Both are those of the full finite-element actuator, to
 whose runs the numbers in [`rodmodel.Actuator`][] are fitted.

@@ -2,19 +2,23 @@
 
 import itertools
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from rodmodel._components import PAIRS, Scalar, Symmetric, Triple, apply, combine, dot, solve, triple
 from rodmodel.calibration_file import Domain
 
 _MAX_STEPS = 200  # in a long valley, where a third pressure hardly moves the tip
 # Of Levenberg and Marquardt's term, against squares of derivatives near one: at first, least and most.
 _DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-2, 1e-14, 1e8
 _SHRINK, _GROW = 0.1, 5.0
+
+
+Evaluate = Callable[[Float[Array, "3"], Any], tuple[Float[Array, " m"], Float[Array, "m 3"], Any]]
 
 
 class Box(NamedTuple):
@@ -37,6 +41,8 @@ class Fit(NamedTuple):
     converged: Bool[Array, ""]
     """Whether no step within the box makes the residual smaller."""
     steps: Int[Array, ""]
+    memory: Any
+    """What the evaluation there left for the next ones."""
 
 
 class _Progress(NamedTuple):
@@ -96,21 +102,25 @@ def _faces(domain: Domain, without: int | None) -> tuple[np.ndarray, np.ndarray,
 
 
 def least_squares(
-    evaluate: Callable[[Float[Array, "3"]], tuple[Float[Array, " m"], Float[Array, "m 3"]]],
+    evaluate: Evaluate,
     start: Float[Array, "3"],
     box: Box,
+    enough: float,
+    memory: Any = (),
 ) -> Fit:
     """Minimise the sum of squares of a residual over a box, by Levenberg and Marquardt's method.
 
     Each step minimises the damped linear model over the whole box, faces included, exactly. The search ends
-    at a residual of nothing, or where the linear model promises no more of it to go.
+    at a residual that is small enough, or where the linear model promises no more of it to go.
 
     Parameters
     ----------
-    evaluate : residual and its derivative at a point [units of the box]. One that is not finite is stepped
-        back from.
+    evaluate : residual and its derivative at a point [units of the box], and a new memory, of the point and
+        the memory of the best one so far. A residual that is not finite is stepped back from.
     start : inside the box.
     box : where to search.
+    enough : a sum of squares that ends the search.
+    memory : what `evaluate` is given at the start.
 
     References
     ----------
@@ -118,7 +128,7 @@ def least_squares(
     """
     dtype = start.dtype
     epsilon = float(jnp.finfo(dtype).eps)
-    small, nothing = epsilon**0.6, epsilon**1.2
+    small, enough = epsilon**0.6, max(enough, epsilon**1.2)
 
     def advance(at: _Progress) -> _Progress:
         fit = at.fit
@@ -130,12 +140,12 @@ def least_squares(
         step = trial - fit.point
         promise = -(2.0 * gradient + curvature @ step) @ step
 
-        residual, slope = evaluate(trial)
+        residual, slope, memory = evaluate(trial, fit.memory)
         cost = jnp.sum(residual**2)
         better = (cost <= fit.cost) & jnp.all(jnp.isfinite(slope))
         # Written so that a NaN, from a start without a residual, ends the search.
         ended = ~first & ~((promise > small * fit.cost) & (jnp.max(jnp.abs(step)) > small))
-        met = better & (cost <= nothing)
+        met = better & (cost <= enough)
         damping = jnp.clip(at.damping * jnp.where(better, _SHRINK, _GROW), _LEAST_DAMPING, _MOST_DAMPING)
         return _Progress(
             fit=Fit(
@@ -143,6 +153,7 @@ def least_squares(
                 cost=jnp.where(better, cost, fit.cost),
                 converged=(ended & jnp.isfinite(fit.cost)) | met,
                 steps=fit.steps + 1,
+                memory=jax.tree.map(lambda new, old: jnp.where(better, new, old), memory, fit.memory),
             ),
             residual=jnp.where(better, residual, at.residual),
             slope=jnp.where(better, slope, at.slope),
@@ -153,9 +164,9 @@ def least_squares(
         evaluated = (at.fit.steps > 0) & ~jnp.isfinite(at.fit.cost)
         return ~at.fit.converged & ~evaluated & (at.fit.steps < _MAX_STEPS)
 
-    shape = jax.eval_shape(evaluate, start)[1].shape
+    shape = jax.eval_shape(evaluate, start, memory)[1].shape
     begin = _Progress(
-        fit=Fit(start, jnp.asarray(jnp.inf, dtype), jnp.array(False), jnp.zeros((), int)),
+        fit=Fit(start, jnp.asarray(jnp.inf, dtype), jnp.array(False), jnp.zeros((), int), memory),
         residual=jnp.zeros(shape[0], dtype),
         slope=jnp.zeros(shape, dtype),
         damping=jnp.asarray(_DAMPING, dtype),
@@ -168,33 +179,37 @@ def _minimum(
 ) -> Float[Array, "3"]:
     """Minimum over a box of ½ dᵀ H d + gᵀ d, d from `point`, H positive definite.
 
-    It is the least of those minima on the planes of the faces that are in the box.
+    It is the least of those minima on the planes of the faces that are in the box. In components, each an
+    array over the faces: so XLA makes one loop of it.
     """
     slack = 8.0 * jnp.finfo(point.dtype).eps
+    symmetric: Symmetric = tuple(curvature[pair] for pair in PAIRS)  # type: ignore[assignment]
+    here, downhill = triple(point), triple(gradient)
+    base = triple(box.points.T)
+    spans = [triple(box.directions[:, :, k].T) for k in range(3)]
 
-    def on_face(
-        base: Float[Array, "3"], spanned: Float[Array, "3 3"]
-    ) -> tuple[Float[Array, "3"], Float[Array, ""]]:
-        # Along a direction that is not there nothing changes.
-        filling = jnp.diag(1.0 - jnp.sum(spanned**2, axis=0))
-        reduced = spanned.T @ curvature @ spanned + filling
-        along = _solve(reduced, -spanned.T @ (gradient + curvature @ (base - point)))
-        candidate = base + spanned @ along
-        step = candidate - point
-        inside = (
-            jnp.all(candidate >= -slack)
-            & jnp.all(candidate <= box.upper + slack)
-            & (jnp.sum(candidate) <= box.total + slack)
-        )
-        return candidate, jnp.where(inside, gradient @ step + 0.5 * step @ curvature @ step, jnp.inf)
-
-    candidates, values = jax.vmap(on_face)(box.points, box.directions)
+    away = combine((1.0, base), (-1.0, here))
+    slope = combine((1.0, downhill), (1.0, apply(symmetric, away)))
+    bent = [apply(symmetric, span) for span in spans]
+    # Along a direction that is not there nothing changes.
+    filling = [1.0 - dot(span, span) for span in spans]
+    first, second, third = (
+        tuple(dot(span, bent[k]) + (filling[k] if j == k else 0.0) for j, span in enumerate(spans))
+        for k in range(3)
+    )
+    right = tuple(-dot(span, slope) for span in spans)
+    along = solve((_three(first), _three(second), _three(third)), _three(right))
+    candidate = combine((1.0, base), *zip(along, spans, strict=True))
+    step = combine((1.0, candidate), (-1.0, here))
+    value = dot(downhill, step) + 0.5 * dot(step, apply(symmetric, step))
+    inside = candidate[0] + candidate[1] + candidate[2] <= box.total + slack
+    for k in range(3):
+        inside = inside & (candidate[k] >= -slack) & (candidate[k] <= box.upper[k] + slack)
+    least = jnp.argmin(jnp.where(inside, value, jnp.inf))
     # Within rounding of a bound is on it.
-    return jnp.clip(candidates[jnp.argmin(values)], 0.0, box.upper)
+    return jnp.clip(jnp.stack([component[least] for component in candidate]), 0.0, box.upper)
 
 
-def _solve(matrix: Float[Array, "3 3"], right: Float[Array, "3"]) -> Float[Array, "3"]:
-    """Solve a 3 × 3 system by Cramer's rule, which fuses with what is around it."""
-    a, b, c = matrix
-    cofactors = jnp.stack([jnp.cross(b, c), jnp.cross(c, a), jnp.cross(a, b)], axis=1)
-    return cofactors @ right / jnp.dot(a, cofactors[:, 0])
+def _three(values: tuple[Scalar, ...]) -> Triple:
+    x, y, z = values
+    return x, y, z

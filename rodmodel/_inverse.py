@@ -8,19 +8,24 @@ is straight. The pressures that come nearest are sought by bounded least squares
 2. Where no face reaches the target, in the whole domain, from the nearest point of the faces. Steps of least
    length keep the pressure of the third chamber no higher than they need.
 
-With loads, the search for the free rod, which costs little, says where to start.
+3. Where that ends short of it, once more from there with co-contraction: the poses that three pressures reach
+   are little more than a surface, and it is folded.
+
+With loads, the search for the free rod, which costs little, says where to start, and each step solves and
+differentiates in one kernel, from the solution of the step before.
 """
 
 from collections.abc import Callable
-from typing import NamedTuple, final
+from typing import Any, NamedTuple, final
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from rodmodel._bounded import Fit, boxes_of, least_squares
+from rodmodel._bounded import Box, Evaluate, Fit, boxes_of, least_squares
 from rodmodel._solution import Numbers, Solution
+from rodmodel._tip import Tip, TipChange
 from rodmodel.calibration_file import Domain
 
 # A target is reached within this much, of position [m] and of bend [rad].
@@ -35,9 +40,17 @@ _MESSAGES = [
 ]
 
 Solve = Callable[[Float[Array, "3"]], Solution]
+SolveTip = Callable[[Float[Array, "3"], Float[Array, "3"]], tuple[Tip, TipChange]]
 
+# Part of the tolerance at which a search ends: two or three steps before the rounding.
+_PART = 1e-3
+# How near the free rod has to come to the target of a loaded one, of the rod's length or in radians. It
+# cannot come all the way: three pressures reach hardly more than a surface.
+_NEAR = 0.1
 # Where the search on a face starts, as a fraction of the largest pressures; its sum is within the domain's.
 _START = 0.3
+# By how much pressures are raised for another start, as a fraction of the largest.
+_CONTRACTION = 0.4
 
 
 @final
@@ -121,6 +134,19 @@ class Target(eqx.Module):
         """Where a solution is, seen from the target [units of the search]."""
         return ((bend(solution) if self.is_bend else solution.tip_position) - self.point) / self.unit
 
+    def miss_of(self, tip: Tip, change: TipChange) -> tuple[Float[Array, " m"], Float[Array, "m 3"]]:
+        """Where a tip is, seen from the target, and its derivative by the pressures [units of the search]."""
+        if not self.is_bend:
+            return (tip.position - self.point) / self.unit, change.position[:, :3] / self.unit
+
+        def of(turn: Float[Array, "3"]) -> Float[Array, "2"]:
+            tangent = tip.rotation[:, 2] + jnp.cross(turn, tip.rotation[:, 2])
+            return _bend_of(tangent, tip.angle, tip.plane)
+
+        missed = of(jnp.zeros_like(tip.position)) - self.point
+        by_turn = jax.jacfwd(of)(jnp.zeros_like(tip.position))
+        return missed / self.unit, by_turn @ change.turn[:, :3] / self.unit
+
 
 class _Search(NamedTuple):
     best: Fit
@@ -128,7 +154,7 @@ class _Search(NamedTuple):
     face: Int[Array, ""]
     """That it was found on, or from."""
     stage: Int[Array, ""]
-    """0, 1, 2 for the faces, 3 for the whole domain."""
+    """0, 1, 2 for the faces, 3 for the whole domain from the best of them, 4 with co-contraction."""
 
 
 def bend(solution: Solution) -> Float[Array, "2"]:
@@ -145,9 +171,31 @@ def bend(solution: Solution) -> Float[Array, "2"]:
     return jnp.where(straight, near, solution.bending_angle * jnp.stack([jnp.cos(plane), jnp.sin(plane)]))
 
 
+def _bend_of(
+    tangent: Float[Array, "3"], angle: Float[Array, ""], plane: Float[Array, ""]
+) -> Float[Array, "2"]:
+    """Bend (θ cos γ, θ sin γ) of a tangent near one whose θ and γ are given, which tell the half turn."""
+    ahead, up = -tangent[:2], tangent[2]
+    size = jnp.sum(ahead**2)
+    straight = (size < 1e-8) & (angle < 1.0)
+    near = ahead / jnp.where(straight, up, 1.0) * (1.0 - size / 3.0)
+    # Past a half turn θ grows as the tangent comes up again, on the other side.
+    half_turns = jnp.floor(angle / jnp.pi)
+    sign = jnp.where(half_turns % 2.0 == 1.0, -1.0, 1.0)
+    sine = jnp.sqrt(jnp.where(straight, 1.0, size))
+    polar = jnp.arctan2(sine, up)
+    theta = jnp.pi * half_turns + jnp.where(sign < 0.0, jnp.pi - polar, polar)
+    return jnp.where(straight, near, theta * sign * ahead / sine)
+
+
 @eqx.filter_jit
 def find_pressure(
-    solve: Solve, solve_free: Solve | None, domain: Domain, target: Target, throw: bool
+    solve: Solve,
+    solve_free: Solve | None,
+    solve_tip: SolveTip | None,
+    domain: Domain,
+    target: Target,
+    throw: bool,
 ) -> Inverse:
     """Pressures in a domain that bring a rod nearest to a target.
 
@@ -155,6 +203,7 @@ def find_pressure(
     ----------
     solve : equilibrium at chamber pressures [Pa], flagged and not thrown where there is none.
     solve_free : the same without loads, cheaper; None where there are none.
+    solve_tip : under the loads, the tip and its derivatives at pressures, from the unknown of a tip nearby.
     domain : of the pressures.
     target : what is wanted.
     throw : raise where the target was bad or the rod has no equilibrium under its loads.
@@ -162,29 +211,32 @@ def find_pressure(
     scale = max(domain.pressure_max)
     boxes = boxes_of(domain)
 
-    def search(
-        solve: Solve, starts: Float[Array, "3 3"], order: Int[Array, "3"]
-    ) -> tuple[Fit, Int[Array, ""]]:
-        """Best fit, and the face that it was found on or from."""
-
+    def evaluate_free(point: Float[Array, "3"], memory: Any) -> tuple[Array, Array, Any]:
         def miss(point: Float[Array, "3"]) -> tuple[Float[Array, " m"], Float[Array, " m"]]:
-            solution = solve(scale * point)
+            solution = (solve if solve_free is None else solve_free)(scale * point)
             # Without an equilibrium there is no pose to speak of.
             missed = jnp.where(solution.converged, target.miss(solution), jnp.nan)
             return missed, missed
 
-        def evaluate(point: Float[Array, "3"]) -> tuple[Float[Array, " m"], Float[Array, "m 3"]]:
-            slope, missed = jax.jacfwd(miss, has_aux=True)(point)
-            return missed, slope
+        slope, missed = jax.jacfwd(miss, has_aux=True)(point)
+        return missed, slope, memory
+
+    def search(
+        evaluate: Evaluate, starts: Float[Array, "3 3"], order: Int[Array, "3"], within: float, memory: Any
+    ) -> tuple[Fit, Int[Array, ""]]:
+        """Best fit, and the face that it was found on or from; `within` a distance it is good enough."""
+        enough = (_PART * target.tolerance / target.unit) ** 2
 
         def unfinished(at: _Search) -> Bool[Array, ""]:
-            return (at.stage < 4) & ~(jnp.sqrt(at.best.cost) * target.unit <= target.tolerance)
+            return (at.stage < 5) & ~(jnp.sqrt(at.best.cost) <= within)
 
         def advance(at: _Search) -> _Search:
             on_face = at.stage < 3
             face = order[jnp.minimum(at.stage, 2)]
             box = jax.tree.map(lambda leaf: leaf[jnp.where(on_face, face, 3)], boxes)
-            fit = least_squares(evaluate, jnp.where(on_face, starts[face], at.best.point), box)
+            from_best = jnp.where(at.stage == 3, at.best.point, _contracted(at.best.point, box))
+            start = jnp.where(on_face, starts[face], from_best)
+            fit = least_squares(evaluate, start, box, enough, memory)
             better = fit.cost < at.best.cost
             best = jax.tree.map(lambda new, old: jnp.where(better, new, old), fit, at.best)
             return _Search(
@@ -194,7 +246,7 @@ def find_pressure(
             )
 
         none = jnp.zeros((), int)
-        nowhere = Fit(starts[0], jnp.asarray(jnp.inf, starts.dtype), jnp.array(False), none)
+        nowhere = Fit(starts[0], jnp.asarray(jnp.inf, starts.dtype), jnp.array(False), none, memory)
         end = jax.lax.while_loop(unfinished, advance, _Search(nowhere, order[0], none))
         return end.best, end.face
 
@@ -205,12 +257,19 @@ def find_pressure(
     azimuth = 2.0 * jnp.pi / 3.0 * jnp.arange(3)
     away = jnp.cos(azimuth - target.plane())
     order = jnp.argsort(away)
-    fit, face = search(solve if solve_free is None else solve_free, starts, order)
-    if solve_free is not None:
+    met = target.tolerance / target.unit
+    fit, face = search(evaluate_free, starts, order, met if solve_tip is None else _NEAR, ())
+    if solve_tip is not None:
+
+        def evaluate(point: Float[Array, "3"], near: Float[Array, "3"]) -> tuple[Array, Array, Array]:
+            tip, change = solve_tip(scale * point, near)
+            missed, slope = target.miss_of(tip, change)
+            return jnp.where(tip.converged, missed, jnp.nan), scale * slope, tip.unknown
+
         steps = fit.steps
         starts = starts.at[face].set(jnp.where(jnp.arange(3) == face, 0.0, fit.point))
         order = jnp.argsort(jnp.where(jnp.arange(3) == face, -2.0, away))
-        fit, _ = search(solve, starts, order)
+        fit, _ = search(evaluate, starts, order, met, jnp.full_like(fit.point, jnp.nan))
         fit = fit._replace(steps=fit.steps + steps)
 
     solution = solve(scale * fit.point)
@@ -228,6 +287,12 @@ def find_pressure(
         return found
     problems = jnp.logical_not(jnp.array([target.good, found.solution.converged]))
     return eqx.branched_error_if(found, jnp.any(problems), jnp.argmax(problems), _MESSAGES)
+
+
+def _contracted(point: Float[Array, "3"], box: Box) -> Float[Array, "3"]:
+    """A point with all pressures raised, within a box."""
+    raised = jnp.minimum(point + _CONTRACTION, box.upper)
+    return raised * jnp.minimum(1.0, box.total / jnp.sum(raised))
 
 
 def _only_where(good: Bool[Array, ""], leaf: Array) -> Array:

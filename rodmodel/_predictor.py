@@ -8,16 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 from jax.sharding import Mesh, NamedSharding, PartitionSpec
 
-from rodmodel._balance import Equilibrium
-from rodmodel._bending import bending
-from rodmodel._components import Quaternion, solve, triple, turn_by
-from rodmodel._ends import base_turn, tip_offset
 from rodmodel._equilibria import FixedStep
-from rodmodel._follow import CONVERGED, follow
 from rodmodel._kernel import compile_with_kernels, one_kernel
-from rodmodel._loads import Loads, mounted, resultants
-from rodmodel._march import march
-from rodmodel._rotation import rotation_of
+from rodmodel._loads import Loads, resultants
+from rodmodel._tip import Tip, change_of, tip_of
 
 _LOADS = ("tip_force", "tip_moment", "gravity", "distributed_force")
 _TOLERANCE = 1e-7
@@ -193,92 +187,22 @@ def _row(rod: Any, names: tuple[str, ...], solver: FixedStep, row: Any, jacobian
     parts = [row[3 * k : 3 * k + 3] for k in range(len(names) + 2)]
     good = jnp.all(jnp.isfinite(row[:-3])) & jnp.all(parts[0] >= 0.0)
     pressure, *given = (jnp.where(good, part, 0.0) for part in parts[:-1])
-    actuator, length = rod.actuator, rod.actuator.bending_length
-    loads = resultants(Loads(**dict(zip(names, given, strict=True))), actuator, row.dtype)
-    tolerance = _TOLERANCE if solver.tolerance is None else solver.tolerance
+    loads = resultants(Loads(**dict(zip(names, given, strict=True))), rod.actuator, row.dtype)
 
-    def answer_of(pressure: Any, loads: Any, start: Any) -> Any:
-        equilibrium, mount = _mounted(actuator, rod.section.at(pressure), pressure, loads)
-        is_warm = jnp.all(jnp.isfinite(start))
-        reached = follow(equilibrium, start, solver.steps, tolerance, is_warm)
-        rotations = jax.vmap(rotation_of)(reached.nodes.quaternions)
-        position, last = length * reached.nodes.positions[-1], rotations[-1]
-        tangents, tip = rotations[:, :, 2], _tip(equilibrium, position, last)
-        if mount is not None:
-            position, last, tangents = mount @ position, mount @ last, tangents @ mount.T
-            tip = mount @ tip
-        angle, plane = bending(tangents, position)
-        converged = (reached.load_fraction == 1.0) & (reached.outcome == CONVERGED)
-        flags = jnp.stack([converged, reached.stable]).astype(row.dtype)
-        answer = [tip, last.ravel(), jnp.stack([angle, plane]), reached.unknown, flags]
-        if jacobian:
-            loads = jax.tree.map(lambda load: reached.load_fraction * load, loads)
-            answer.append(_tip_jacobian(rod, pressure, loads, reached.unknown, solver.steps))
-        return jnp.concatenate(answer)
+    def answer_of(pressure: Any, loads: Any, start: Any) -> tuple[Tip, tuple[Any, ...]]:
+        law = rod.section.at(pressure)
+        tip = tip_of(law, rod.actuator, loads, solver, pressure, start)
+        if not jacobian:
+            return tip, ()
+        by_pressure = jax.jacfwd(rod.section.at)(pressure)
+        return tip, change_of(law, by_pressure, rod.actuator, loads, pressure, tip.unknown, solver.steps)
 
-    found = one_kernel(answer_of, pressure, loads, parts[-1])
-    in_domain = rod.domain.covers_pressure(pressure)
-    flags = jnp.where(good, jnp.append(found[17:19], in_domain.astype(row.dtype)), 0.0)
-    derivatives = jnp.where(good, found[19:], jnp.nan)
-    return jnp.concatenate([jnp.where(good, found[:17], jnp.nan), flags, derivatives])
-
-
-def _mounted(actuator: Any, law: Any, pressure: Any, loads: Any) -> tuple[Equilibrium, Any]:
-    """The equations of a row in the frame of the first section, and that frame where it is not the base's."""
-    turn, offset = base_turn(actuator, pressure), tip_offset(actuator, law.free_curvature)
-    if turn is None:
-        return Equilibrium(law, loads, actuator, offset), None
-    one, none = jnp.ones_like(turn[0]), jnp.zeros_like(turn[0])
-    frame: Quaternion = turn_by((one, none, none, none), triple(turn))
-    return Equilibrium(law, mounted(loads, frame), actuator, offset), rotation_of(jnp.stack(frame))
-
-
-def _tip(equilibrium: Equilibrium, position: Any, rotation: Any) -> Any:
-    """Centre of the cap's outer face, from the pose of the body's end, in the first section's frame [m]."""
-    actuator = equilibrium.actuator
-    tip = position + actuator.tip_length * rotation[:, 2]
-    if actuator.stiff_base:
-        tip = tip.at[2].add(actuator.stiff_base)
-    return tip if equilibrium.offset is None else tip + rotation @ equilibrium.offset
-
-
-def _tip_jacobian(rod: Any, pressure: Any, loads: Any, unknown: Any, steps: int) -> Any:
-    """Derivatives of tip position and turn by pressures and tip force, (3, 6) each, in one array.
-
-    With x the unknowns, θ the inputs, y the tip and e(x, θ) = 0: dy/dθ = y_θ − y_x e_x⁻¹ e_θ.
-    """
-    actuator, law = rod.actuator, rod.section.at(pressure)
-    law_by_pressure = jax.jacfwd(rod.section.at)(pressure)
-
-    def tip(change: Any) -> Any:
-        by_pressure, force = change[3:6], change[6:]
-        moved_law = jax.tree.map(
-            lambda at, slope: at + jnp.sum(slope * by_pressure, axis=-1), law, law_by_pressure
-        )
-        pushed = loads._replace(
-            end_force=loads.end_force + force,
-            cap_force=loads.cap_force + force,
-            lever=loads.lever + actuator.tip_length * force,
-        )
-        moved, mount = _mounted(actuator, moved_law, pressure + by_pressure, pushed)
-        nodes, imbalance = march(moved, unknown + change[:3], steps)
-        rotation = rotation_of(nodes.quaternions[-1])
-        position = _tip(moved, actuator.bending_length * nodes.positions[-1], rotation)
-        if mount is not None:
-            position, rotation = mount @ position, mount @ rotation
-        return (position, rotation, imbalance), rotation
-
-    (position, rotation, imbalance), at = jax.jacfwd(tip, has_aux=True)(jnp.zeros(9, unknown.dtype))
-    skew = jnp.sum(rotation[:, None] * at[None, :, :, None], axis=2)
-    turn = jnp.stack([skew[2, 1], skew[0, 2], skew[1, 0]])
-    columns = triple(imbalance[:, 0]), triple(imbalance[:, 1]), triple(imbalance[:, 2])
-    shifts = [jnp.stack(solve(columns, triple(imbalance[:, 3 + k]))) for k in range(6)]
-    by_input = jnp.stack(shifts, axis=1)
-
-    def total(y: Any) -> Any:
-        return (y[:, 3:] - jnp.sum(y[:, :3, None] * by_input[None], axis=1)).ravel()
-
-    return jnp.concatenate([total(position), total(turn)])
+    tip, change = one_kernel(answer_of, pressure, loads, parts[-1])
+    bend = jnp.stack([tip.angle, tip.plane])
+    pose = jnp.concatenate([tip.position, tip.rotation.ravel(), bend, tip.unknown])
+    flags = jnp.stack([tip.converged, tip.stable, rod.domain.covers_pressure(pressure)]).astype(row.dtype)
+    found = [jnp.where(good, pose, jnp.nan), jnp.where(good, flags, 0.0)]
+    return jnp.concatenate(found + [jnp.where(good, part.ravel(), jnp.nan) for part in change])
 
 
 def _unpack(found: np.ndarray) -> tuple[Prediction, np.ndarray]:

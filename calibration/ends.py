@@ -7,11 +7,11 @@ position and to that of a point half a body's length ahead of it. The cell is on
 neither the mesh nor a law's error goes into the numbers.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
@@ -59,6 +59,8 @@ class Ends:
     values, standard_errors : by the names of `rodmodel.Actuator`, SI units.
     before, after : root mean square of the tip's distance from that of the arc, without and with them [m].
     turn_before, turn_after : the same of the angle between the caps' axes [rad].
+    angle_median, angle_p90, angle_worst : of the error of the bending angle on runs that were left out in
+        turn, the ends fitted to the others [rad].
     states : how many they were fitted to.
     """
 
@@ -68,6 +70,9 @@ class Ends:
     after: float
     turn_before: float
     turn_after: float
+    angle_median: float
+    angle_p90: float
+    angle_worst: float
     states: int
 
 
@@ -121,38 +126,90 @@ def fit_ends(truth: xr.Dataset, body_length: float, cap_length: float, complianc
     """
     chosen = _fit_states(truth)
     curvature, _ = cell_bending(chosen, compliance)
-    pressure = chosen["pressure"].values
-    tip, axis = chosen["tip_position"].values, chosen["tip_rotation"].values[:, :, 2]
+    actuator = _Poses(
+        curvature,
+        chosen["pressure"].values,
+        chosen["tip_position"].values,
+        chosen["tip_rotation"].values[:, :, 2],
+        body_length,
+        cap_length,
+    )
     units = np.array(list(PARAMETERS.values()))
-
-    def misses(values: Float[np.ndarray, " n"]) -> tuple[np.ndarray, np.ndarray]:
-        """Of the tip's position [m] and of the cap's axis."""
-        named = dict(zip(PARAMETERS, values, strict=True))
-        position, along = tip_between_ends(curvature, pressure, body_length, cap_length, **named)
-        return position - tip, along - axis
-
-    def residual(x: Float[np.ndarray, " n"]) -> np.ndarray:
-        place, along = misses(units * x)
-        return np.concatenate([place, place + 0.5 * body_length * along]).ravel() / 1e-3
-
-    low = np.full(len(units), -np.inf)
-    low[-1] = 0.1
-    found = least_squares(residual, _START, bounds=(low, np.inf))
-    variance = found.fun @ found.fun / (found.fun.size - found.x.size)
-    errors = units * np.sqrt(np.diag(np.linalg.inv(found.jac.T @ found.jac)) * variance)
+    x, fun, jac = _least_squares(actuator)
+    variance = fun @ fun / (fun.size - x.size)
+    errors = units * np.sqrt(np.diag(np.linalg.inv(jac.T @ jac)) * variance)
     none = np.array([0.0, 0.0, 0.0, 0.0, units[-1]])
     (before, turn_before), (after, turn_after) = (
-        tuple(_root_mean_square(part) for part in misses(values)) for values in (none, units * found.x)
+        tuple(_root_mean_square(part) for part in actuator.misses(values)) for values in (none, units * x)
     )
+    names = chosen["case"].values
+    unseen = np.zeros(len(names))
+    for name in dict.fromkeys(names):
+        left_out = names == name
+        others, *_ = _least_squares(actuator.where(~left_out))
+        unseen[left_out] = actuator.where(left_out).angle_errors(units * others)
     return Ends(
-        values=dict(zip(PARAMETERS, (units * found.x).tolist(), strict=True)),
+        values=dict(zip(PARAMETERS, (units * x).tolist(), strict=True)),
         standard_errors=dict(zip(PARAMETERS, errors.tolist(), strict=True)),
         before=before,
         after=after,
         turn_before=turn_before,
         turn_after=turn_after,
+        angle_median=float(np.median(unseen)),
+        angle_p90=float(np.percentile(unseen, 90, method="higher")),
+        angle_worst=float(unseen.max()),
         states=chosen.sizes["state"],
     )
+
+
+@dataclass(frozen=True)
+class _Poses:
+    """Curvatures of the cell [1/m], pressures [Pa], and positions [m] and axes of the caps."""
+
+    curvature: Float[np.ndarray, "n 3"]
+    pressure: Float[np.ndarray, "n 3"]
+    tip: Float[np.ndarray, "n 3"]
+    axis: Float[np.ndarray, "n 3"]
+    body_length: float
+    cap_length: float
+
+    def where(self, chosen: Bool[np.ndarray, " n"]) -> "_Poses":
+        """Some of them."""
+        return replace(
+            self,
+            curvature=self.curvature[chosen],
+            pressure=self.pressure[chosen],
+            tip=self.tip[chosen],
+            axis=self.axis[chosen],
+        )
+
+    def misses(self, values: Float[np.ndarray, " m"]) -> tuple[np.ndarray, np.ndarray]:
+        """Of the tip's position [m] and of the cap's axis, with ends of these values."""
+        named = dict(zip(PARAMETERS, values.tolist(), strict=True))
+        position, along = tip_between_ends(
+            self.curvature, self.pressure, self.body_length, self.cap_length, **named
+        )
+        return position - self.tip, along - self.axis
+
+    def angle_errors(self, values: Float[np.ndarray, " m"]) -> Float[np.ndarray, " n"]:
+        """Of the bending angle [rad]."""
+        _, missed = self.misses(values)
+        ours, theirs = ((axis[:, 2]).clip(-1.0, 1.0) for axis in (self.axis + missed, self.axis))
+        return np.asarray(np.abs(np.arccos(ours) - np.arccos(theirs)))
+
+
+def _least_squares(poses: _Poses) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Best values in the units of `PARAMETERS`, residuals and their derivatives."""
+    units = np.array(list(PARAMETERS.values()))
+
+    def residual(x: Float[np.ndarray, " m"]) -> np.ndarray:
+        place, along = poses.misses(units * x)
+        return np.concatenate([place, place + 0.5 * poses.body_length * along]).ravel() / 1e-3
+
+    low = np.full(len(units), -np.inf)
+    low[-1] = 0.1
+    found = least_squares(residual, _START, bounds=(low, np.inf))
+    return found.x, found.fun, found.jac
 
 
 def tip_between_ends(

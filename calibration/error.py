@@ -129,9 +129,9 @@ def equilibrium(
 def figures(law: AnyLaw, samples: Samples, length: float, from_cell: bool = False) -> dict[str, Any]:
     """Held-out figures, as they go into the calibration file.
 
-    Each quantity has its median, 95th percentile, worst value and the load where it is worst; ``range`` is
-    what the quantity spans over the same states. States at which the law has no equilibrium count as
-    infinitely far off, and make the figures not finite.
+    Each quantity has its median, 90th and 95th percentiles, worst value and the load where it is worst;
+    ``range`` is what the quantity spans over the same states. States at which the law has no equilibrium
+    count as infinitely far off, and make the figures not finite.
 
     Parameters
     ----------
@@ -160,11 +160,12 @@ def figures(law: AnyLaw, samples: Samples, length: float, from_cell: bool = Fals
 
 
 def summary(error: np.ndarray, samples: Samples, extent: float) -> dict[str, Any]:
-    """Median, 95th percentile and worst of an error, where the worst is, and the quantity's range."""
+    """Median, percentiles and worst of an error, where the worst is, and the quantity's range."""
     error = np.where(np.isnan(error), np.inf, error)
     worst = int(np.argmax(error))
     return {
         "median": float(np.median(error)),
+        "p90": float(np.percentile(error, 90, method="higher")),
         "p95": float(np.percentile(error, 95, method="higher")),
         "worst": float(error[worst]),
         "worst_at": {

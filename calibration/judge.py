@@ -32,7 +32,7 @@ class Verdict:
     tip : distance of the tips over the body's length.
     angle_error, plane_error : of θ and γ [rad]; γ's is that of the tip's place over its distance from the
         axis, and not a number for a straight actuator.
-    volume : error of each chamber's volume [m³]; stated : the rod's own 95 % bound of θ [rad].
+    volume : error of each chamber's volume [m³]; stated : the rod's own 90 % bound of θ [rad].
     """
 
     case: np.ndarray

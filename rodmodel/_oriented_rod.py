@@ -19,7 +19,7 @@ class OrientedRod(eqx.Module):
     section : laws of the sections of all orientations.
     actuator : lengths and masses.
     domain : the loads within which the sections were calibrated.
-    angle_error : 95th percentile of the error of the free-bending angle on held-out states [rad].
+    angle_error : within which the bending angle of the finite elements is in 90 % of states [rad].
     """
 
     section: OrientedNetwork

@@ -39,7 +39,7 @@ class Rod(eqx.Module):
     section : the calibrated law of the section.
     actuator : lengths and masses.
     domain : the loads within which the section was calibrated.
-    angle_error : 95th percentile of the error of the free-bending angle on held-out states [rad].
+    angle_error : within which the bending angle of the finite elements is in 90 % of states [rad].
     """
 
     section: SectionLaw

@@ -47,8 +47,9 @@ class Solution(eqx.Module):
     stable : whether the second variation of the energy is positive here. Follower loads and moments have no
         energy; then, whether the loads have passed no branching of equilibria.
     in_domain : whether the pressures, and the moment everywhere on the body, are those of the calibration.
-    error_estimate : 95th percentile of the error of the free-bending angle against the FEM, over held-out
-        states of the calibration [rad]; NaN outside its domain. It says nothing of what the FEM leaves out.
+    error_estimate : within which θ of the finite elements is in 90 % of states [rad]; NaN outside the domain.
+        Of the full actuator where the calibration knows of it, and of the cell elsewhere; see
+        [`rodmodel.Calibration.angle_error`][]. It says nothing of what the finite elements leave out.
     stats : `load_fraction` reached, `load_steps` that it took, and `shots`: integrations from base to end.
     shape : of the body's axis in the frame of the base, for the methods.
     unknown : what the shooting solved for, u L at the base and after it, where there is a follower force,

@@ -80,7 +80,10 @@ def _ends(options: argparse.Namespace, command: str) -> int:
     for file, calibration in calibrations.items():
         actuator = replace(calibration.actuator, **ends.values)
         provenance = {**calibration.provenance, "ends": note}
-        save_calibration(replace(calibration, actuator=actuator, provenance=provenance), file)
+        left_out = {"median": ends.angle_median, "p90": ends.angle_p90, "worst": ends.angle_worst}
+        errors = {**calibration.error, "actuator_angle_rad": left_out}
+        changed = replace(calibration, actuator=actuator, error=errors, provenance=provenance)
+        save_calibration(changed, file)
     if options.json:
         print(json.dumps(note))
         return GOOD
@@ -96,6 +99,10 @@ def _ends(options: argparse.Namespace, command: str) -> int:
     print(
         f"the tip is off by {1e3 * ends.after:.2f} mm and {math.degrees(ends.turn_after):.2f} deg (root mean "
         f"square), without them by {1e3 * ends.before:.2f} mm and {math.degrees(ends.turn_before):.2f} deg"
+    )
+    print(
+        f"angle on runs left out in turn: median {math.degrees(ends.angle_median):.2f}, 90 % within "
+        f"{math.degrees(ends.angle_p90):.2f}, worst {math.degrees(ends.angle_worst):.2f} deg"
     )
     return GOOD
 
@@ -118,7 +125,7 @@ def _judge(options: argparse.Namespace, command: str) -> int:
             numbers = " ".join(f"{row[name]:8.2f}" for name in ("median", "p95", "worst"))
             print(f"{title:32s} {numbers}   {row['worst_at']['case']}, {where} kPa")
     if "stated_bound_share" in found:
-        print(f"within the rod's own 95 % bound: {100.0 * found['stated_bound_share']:.0f} % of angles")
+        print(f"within the rod's own 90 % bound: {100.0 * found['stated_bound_share']:.0f} % of angles")
     return GOOD
 
 

@@ -20,9 +20,9 @@ from fem_reference import CellState, Load, PeriodCell, follow
 
 #: What is fitted, by the names of `rodmodel.Actuator`, and the size of one unit in the search.
 PARAMETERS = {
-    "stiff_base": 1e-3,
-    "stiff_tip": 1e-3,
     "base_turn": 1e-6,
+    "base_lag": 1e-3,
+    "stiff_tip": 1e-3,
     "tip_offset": 1e-3,
     "tip_offset_curvature": 5.0,
 }
@@ -217,9 +217,9 @@ def tip_between_ends(
     pressure: Float[np.ndarray, "n 3"],
     body_length: float,
     cap_length: float,
-    stiff_base: float,
-    stiff_tip: float,
     base_turn: float,
+    base_lag: float,
+    stiff_tip: float,
     tip_offset: float,
     tip_offset_curvature: float,
 ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
@@ -230,21 +230,22 @@ def tip_between_ends(
     curvature : of the arcs [1/m].
     pressure : of the chambers [Pa].
     body_length, cap_length : of the actuator [m].
-    stiff_base, stiff_tip, base_turn, tip_offset, tip_offset_curvature : see `rodmodel.Actuator`.
+    base_turn, base_lag, stiff_tip, tip_offset, tip_offset_curvature : see `rodmodel.Actuator`.
     """
-    turn = curvature * (body_length - stiff_base - stiff_tip)
+    turn = curvature * (body_length - stiff_tip)
     end = Rotation.from_rotvec(turn).as_matrix()
     # ∫ exp(û s) ds over the arc, by Gauss's rule of 20 points, exact to rounding up to a full turn.
     nodes, weights = np.polynomial.legendre.leggauss(20)
     along = np.zeros_like(curvature)
     for node, weight in zip(0.5 * (nodes + 1.0), 0.5 * weights, strict=True):
         along += weight * Rotation.from_rotvec(node * turn).as_matrix()[:, :, 2]
-    arc = (body_length - stiff_base - stiff_tip) * along
+    arc = (body_length - stiff_tip) * along
     away = np.stack([-curvature[:, 1], curvature[:, 0], 0.0 * curvature[:, 0]], axis=1)
     away *= (tip_offset / np.sqrt(tip_offset_curvature**2 + (away**2).sum(axis=1)))[:, None]
-    position = np.array([0.0, 0.0, stiff_base]) + arc + np.einsum("nij,nj->ni", end, away)
+    position = arc + np.einsum("nij,nj->ni", end, away)
     position += (stiff_tip + cap_length) * end[:, :, 2]
-    base = Rotation.from_rotvec(base_turn * pressure @ _BENDING_AXES)
+    bend = curvature * [1.0, 1.0, 0.0]
+    base = Rotation.from_rotvec(base_turn * pressure @ _BENDING_AXES - base_lag * bend)
     return base.apply(position), base.apply(end[:, :, 2])
 
 

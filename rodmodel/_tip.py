@@ -113,7 +113,7 @@ def _mounted(
     actuator: Actuator, law: CurvatureLaw, pressure: Any, loads: Resultants
 ) -> tuple[Equilibrium, Any]:
     """Equations in the frame of the first section, and that frame where it is not the base's."""
-    turn, offset = base_turn(actuator, pressure), tip_offset(actuator, law.free_curvature)
+    turn, offset = base_turn(actuator, pressure, law.free_curvature), tip_offset(actuator, law.free_curvature)
     if turn is None:
         return Equilibrium(law, loads, actuator, offset), None
     one, none = jnp.ones_like(turn[0]), jnp.zeros_like(turn[0])

@@ -4,7 +4,7 @@
      "layout": {"name", "psi_rad" (null where the law is one of all orientations), "pitch_m"},
      "actuator": {"body_length_m", "cap_length_m", "body_diameter_m",
                   "mass_per_length_kg_per_m", "cap_mass_kg", and, where known, "stiff_base_m", "stiff_tip_m",
-                  "base_turn_rad_per_pa", "tip_offset_m", "tip_offset_curvature_per_m"},
+                  "base_turn_rad_per_pa", "base_lag_m", "tip_offset_m", "tip_offset_curvature_per_m"},
      "section_law": {"kind", "pressure_scale_pa", "curvature_scale_per_m", "energy_scale_n", "rest_volume_m2",
                      and the law's own arrays},
      "domain": {"pressure_max_pa" (three), "pressure_sum_max_pa", "moment_max_nm",
@@ -53,6 +53,7 @@ _ENDS = {
     "stiff_base": "stiff_base_m",
     "stiff_tip": "stiff_tip_m",
     "base_turn": "base_turn_rad_per_pa",
+    "base_lag": "base_lag_m",
     "tip_offset": "tip_offset_m",
     "tip_offset_curvature": "tip_offset_curvature_per_m",
 }
@@ -94,9 +95,9 @@ class Actuator:
     """Lengths [m], body diameter [m], mass of the body per length [kg/m] and mass of the cap [kg].
 
     Near base and cap, where the section cannot widen freely, the body bends less: as if parts of it, the
-    `stiff_base` and the `stiff_tip` [m], did not bend at all. The base turns by `base_turn` [rad/Pa], and
-    the cap lies beside the arc by up to `tip_offset` [m], by 71 % of that at the `tip_offset_curvature`
-    [1/m]: see [`rodmodel._ends`][].
+    `stiff_base` and the `stiff_tip` [m], did not bend at all. The base turns by `base_turn` [rad/Pa] with the
+    pressures, less by the free turn of a length `base_lag` [m], and the cap lies beside the arc by up to
+    `tip_offset` [m], by 71 % of that at the `tip_offset_curvature` [1/m]: see [`rodmodel._ends`][].
     """
 
     body_length: float
@@ -107,6 +108,7 @@ class Actuator:
     stiff_base: float = 0.0
     stiff_tip: float = 0.0
     base_turn: float = 0.0
+    base_lag: float = 0.0
     tip_offset: float = 0.0
     tip_offset_curvature: float = 1.0
 

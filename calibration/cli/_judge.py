@@ -19,9 +19,9 @@ _ROWS = {
 }
 
 _ENDS = {
-    "stiff_base": ("stiff base", "mm", 1e3),
-    "stiff_tip": ("stiff tip", "mm", 1e3),
     "base_turn": ("turn of the base", "mrad/kPa", 1e6),
+    "base_lag": ("less the turn of", "mm", 1e3),
+    "stiff_tip": ("stiff tip", "mm", 1e3),
     "tip_offset": ("cap aside, at most", "mm", 1e3),
     "tip_offset_curvature": ("at about a curvature of", "1/m", 1.0),
 }

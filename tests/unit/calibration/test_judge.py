@@ -18,9 +18,9 @@ from tests.unit.rodmodel import synthetic
 
 BODY, CAP = 60e-3, 6e-3
 PLANTED = {
-    "stiff_base": 3.1e-3,
-    "stiff_tip": 0.8e-3,
     "base_turn": 1.7e-6,
+    "base_lag": 3.1e-3,
+    "stiff_tip": 0.8e-3,
     "tip_offset": 2.2e-3,
     "tip_offset_curvature": 9.0,
 }
@@ -196,7 +196,7 @@ def test_the_command_writes_the_ends_into_files(known_cell, tmp_path, capsys):
     assert main(["ends", str(truth), str(file), "--end-compliance-mm-per-n", "0"]) == 0
     told = capsys.readouterr().out
     assert "ends give by 0.200 ± 0.000 mm/N, from 5 states" in told
-    assert "stiff base                  3.100 ± 0.000 mm" in told
+    assert "less the turn of            3.100 ± 0.000 mm" in told
     written = rodmodel.read_calibration(file)
     for name, planted in PLANTED.items():
         assert getattr(written.actuator, name) == pytest.approx(planted, rel=1e-6)

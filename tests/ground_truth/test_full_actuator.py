@@ -61,15 +61,23 @@ def test_chambers_bend_to_their_own_side(truth: xr.Dataset) -> None:
     assert checked >= 14
 
 
-def test_the_rod_is_as_far_off_as_the_documentation_says(verdict: Verdict) -> None:
-    """Figures of docs/calibration.md: the rod bends too far, by more the more chambers are under pressure."""
-    share = verdict.angle_error / verdict.angle
-    chambers = (verdict.pressure > 0.0).sum(axis=1)
-    free = verdict.judged & ~verdict.loaded
-    assert np.median(share[free & (chambers == 1)]) < 0.02
-    assert 0.03 < np.median(share[free & (chambers == 2)]) < 0.05
+def test_the_rod_is_as_near_as_the_documentation_says(verdict: Verdict) -> None:
+    """Bounds of the issue's own: the rod of ψ = 0 against runs that nothing was fitted to."""
     fit, judge = (judgement(verdict, role) for role in ("fit", "judge"))
-    assert fit["tip_percent"]["median"] == pytest.approx(2.1, abs=0.1)
-    assert judge["tip_percent"]["median"] == pytest.approx(4.2, abs=0.1)
-    assert judge["loaded_tip_percent"]["median"] == pytest.approx(1.15, abs=0.1)
-    assert (fit["judged"], judge["judged"]) == (fit["states"], judge["states"])
+    assert judge["judged"] >= 41
+    assert fit["judged"] == fit["states"]
+    assert judge["tip_percent"]["median"] <= 0.7
+    assert judge["loaded_tip_percent"]["median"] <= 2.0
+    assert judge["loaded_tip_percent"]["worst"] <= 3.5
+    assert judge["angle_deg"]["worst"] <= 3.0
+    assert judge["plane_deg"]["worst"] <= 2.0
+    # Figures of docs/calibration.md.
+    assert judge["tip_percent"]["worst"] == pytest.approx(2.26, abs=0.05)
+    assert fit["tip_percent"]["median"] == pytest.approx(0.26, abs=0.05)
+
+
+def test_the_stated_bound_covers_nine_states_in_ten(verdict: Verdict) -> None:
+    """It was made of held-out cell states and of fit runs alone."""
+    chosen = verdict.judged & (verdict.role == "judge")
+    inside = verdict.angle_error[chosen] <= verdict.stated[chosen]
+    assert 0.83 <= inside.mean() <= 0.97

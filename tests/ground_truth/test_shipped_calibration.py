@@ -30,13 +30,16 @@ def winding(request: pytest.FixtureRequest) -> tuple[float, bool]:
 
 
 @pytest.fixture(scope="module")
-def states(winding: tuple[float, bool]) -> list[CellState]:
-    """Equilibria of the coarse cell, the mesh of the calibration."""
+def states(winding: tuple[float, bool], calibration: rodmodel.Calibration) -> list[CellState]:
+    """Equilibria of the coarse cell, with the mesh and the ends of the calibration."""
     loads = [
         Load(tuple(1e3 * p for p in pressure), moment=tuple(1e-3 * m for m in moment))
         for pressure, moment in LOADS
     ]
-    return list(follow(PeriodCell(winding=DoubleHelix(winding[0]), level="coarse"), loads))
+    # Files of before the silicone could slide hold its length.
+    compliance = calibration.provenance.get("end_compliance_m_per_n", 0.0)
+    cell = PeriodCell(winding=DoubleHelix(winding[0]), level="coarse", end_compliance=compliance)
+    return list(follow(cell, loads))
 
 
 @pytest.fixture(scope="module")

@@ -84,8 +84,8 @@ def errors(table: str) -> list[float]:
 
 # Errors of the calibrations at these states, which free paths of the sweeps pass near: their worst held-out
 # error is 1.6°, that of the calibration of all orientations is in its file. The points are of cells that hold
-# their length, where the law of ψ = 0 slides: with two chambers that takes 1.9 % of the angle at 40 kPa and less
-# above, so up to 2.8° of 148°; with one, 0.2° at most.
+# their length, where the law of ψ = 0 slides: with two chambers that takes 1.9 % of the angle at 40 kPa and
+# less above, so up to 2.8° of 148°; with one, 0.2° at most.
 @pytest.mark.parametrize(
     ("name", "count", "sliding_deg"),
     [

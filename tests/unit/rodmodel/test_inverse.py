@@ -41,7 +41,10 @@ def to_position() -> object:
 
 @pytest.mark.parametrize("kind", ["bend", "position"])
 def test_1000_random_reachable_targets_are_reached_without_co_contraction(shipped: Rod, kind: str) -> None:
-    """At least 99.5 % to 0.1 mm. Where a target is met at all, Gauss and Newton end far closer."""
+    """At least 99.5 % to 0.1 mm. Where two chambers can meet a target exactly, Gauss and Newton get closer.
+
+    A bend they can. A position made by three they may miss by more than that, as the base turns with all.
+    """
     pressures = inside(shipped.domain, TARGETS)
     wanted = jax.jit(jax.vmap(shipped.solve))(pressures)
 
@@ -62,10 +65,10 @@ def test_1000_random_reachable_targets_are_reached_without_co_contraction(shippe
         tips = [s.tip_position.T for s in (found.solution, wanted)]
     misses = np.linalg.norm(np.atleast_2d(tips[0] - tips[1]), axis=0)
     assert np.mean(misses <= 1e-4) >= 0.995
-    assert np.median(found.distance) < 1e-8
     assert np.all(found.solution.in_domain)
-    # Two chambers make any bend that three can.
-    assert np.mean(np.min(found.pressure, axis=1) == 0.0) >= 0.995
+    if kind == "bend":
+        assert np.median(found.distance) < 1e-8
+        assert np.mean(np.min(found.pressure, axis=1) == 0.0) >= 0.995
 
 
 def test_a_target_out_of_reach_says_so_and_gets_the_nearest(rod: Rod, to_position: object) -> None:

@@ -165,7 +165,7 @@ def test_the_error_falls_with_the_tolerance() -> None:
     law = synthetic.bending_law()
     pressure, force = jnp.array([30e3, 10e3, 0.0]), jnp.array([0.2, 0.1, 0.1])
     loads = resultants(Loads(tip_force=force), synthetic.ACTUATOR, force.dtype)
-    problem = Equilibrium(law.at(pressure), None, loads, synthetic.ACTUATOR)
+    problem = Equilibrium(law.at(pressure), loads, synthetic.ACTUATOR)
 
     def states(tolerance: float) -> np.ndarray:
         return np.concatenate(solve_equilibrium(problem, None, Adaptive(tolerance)).nodes, axis=1)

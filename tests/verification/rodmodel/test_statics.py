@@ -126,7 +126,7 @@ def test_the_first_guess_is_the_rod_under_small_loads(rod: Rod) -> None:
     def left(share: float) -> float:
         loads = Loads(share * FORCE, share * MOMENT, share * GRAVITY, None, share * FORCE, share * MOMENT)
         given = resultants(loads, synthetic.ACTUATOR, free.dtype)
-        slope = _first_slope(Equilibrium(law, None, given, synthetic.ACTUATOR), nodes)
+        slope = _first_slope(Equilibrium(law, given, synthetic.ACTUATOR), nodes)
         solved = rod.solve(
             PRESSURE,
             share * FORCE,

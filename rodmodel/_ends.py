@@ -41,3 +41,24 @@ def tip_offset(actuator: Actuator, free_curvature: Float[Array, "3"]) -> Float[A
     x, y, _ = free_curvature
     size = actuator.tip_offset / jnp.sqrt(actuator.tip_offset_curvature**2 + x * x + y * y)
     return jnp.stack([-size * y, size * x, jnp.zeros_like(x)])
+
+
+def cap_centre(
+    actuator: Actuator,
+    offset: Float[Array, "3"] | None,
+    end: Float[Array, "3"],
+    rotation: Float[Array, "3 3"],
+) -> Float[Array, "3"]:
+    """Centre of the cap's outer face, from the pose of the body's end and the cap's offset from it [m]."""
+    position = end + actuator.tip_length * rotation[:, 2]
+    return position if offset is None else position + product(rotation, offset)
+
+
+def product(matrix: Float[Array, "3 3"], other: Float[Array, "3 *n"]) -> Float[Array, "3 *n"]:
+    """Product with a vector or another matrix, term by term.
+
+    XLA leaves matrix products, and sums that it takes for them, to a library, which cannot be part of a
+    kernel.
+    """
+    first, second, third = (jnp.expand_dims(matrix[:, k], tuple(range(1, other.ndim))) for k in range(3))
+    return first * other[0] + second * other[1] + third * other[2]

@@ -11,8 +11,12 @@ from jaxtyping import Array, Bool, Float
 from rodmodel._balance import Equilibrium
 from rodmodel._follow import CONVERGED, DIVERGED, Reached, follow, scaled
 from rodmodel._kernel import one_kernel
+from rodmodel._loads import Loads, resultants
 from rodmodel._march import Nodes, march
 from rodmodel._sensitivity import nodes_tangent
+from rodmodel._shape import Arc, Shape, Stepped
+from rodmodel.calibration_file import Actuator
+from rodmodel.section import CurvatureLaw
 
 # What is asked of Newton's method on u L [rad], and of one integration step with adaptive steps.
 _NEWTON = {"float64": 1e-10, "float32": 1e-5}
@@ -67,6 +71,40 @@ Solver = FixedStep | Adaptive
 def _check_tolerance(tolerance: float | None) -> None:
     if tolerance is not None and not 0.0 < tolerance < 1.0:
         raise ValueError(f"tolerance: got {tolerance}, expected a number between 0 and 1, or None")
+
+
+def solve_shape(
+    law: CurvatureLaw,
+    loads: Loads,
+    actuator: Actuator,
+    offset: Float[Array, "3"] | None,
+    start: Float[Array, " n"] | None,
+    solver: Solver,
+) -> tuple[Shape, Reached]:
+    """Solve for the shape of the body: without loads an arc of the free curvature, in closed form.
+
+    Parameters
+    ----------
+    law : at the pressures.
+    loads : in the frame of the first section.
+    actuator : lengths and masses.
+    offset : how far the cap lies beside the body's end, in its frame [m].
+    start : unknown to start from.
+    solver : for a rod with loads.
+    """
+    free, length = law.free_curvature, actuator.bending_length
+    equilibrium = Equilibrium(law, resultants(loads, actuator, free.dtype), actuator, offset)
+    if not jax.tree.leaves(loads):
+        return Arc(base_curvature=free, length=length), Reached.free(length * free)
+    reached = solve_equilibrium(equilibrium, start, solver)
+    nodes = reached.nodes
+    shape = Stepped(
+        positions=length * nodes.positions,
+        quaternions=nodes.quaternions,
+        node_curvatures=nodes.turns / length,
+        length=length,
+    )
+    return shape, reached
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(2,))

@@ -132,7 +132,10 @@ class Target(eqx.Module):
 
     def miss(self, solution: Solution) -> Float[Array, " m"]:
         """Where a solution is, seen from the target [units of the search]."""
-        return ((bend(solution) if self.is_bend else solution.tip_position) - self.point) / self.unit
+        at = solution.tip_position
+        if self.is_bend:
+            at = bend(solution.tip_rotation[:, 2], solution.bending_angle)
+        return (at - self.point) / self.unit
 
     def miss_of(self, tip: Tip, change: TipChange) -> tuple[Float[Array, " m"], Float[Array, "m 3"]]:
         """Where a tip is, seen from the target, and its derivative by the pressures [units of the search]."""
@@ -141,7 +144,7 @@ class Target(eqx.Module):
 
         def of(turn: Float[Array, "3"]) -> Float[Array, "2"]:
             tangent = tip.rotation[:, 2] + jnp.cross(turn, tip.rotation[:, 2])
-            return _bend_of(tangent, tip.angle, tip.plane)
+            return bend(tangent, tip.angle)
 
         missed = of(jnp.zeros_like(tip.position)) - self.point
         by_turn = jax.jacfwd(of)(jnp.zeros_like(tip.position))
@@ -157,35 +160,23 @@ class _Search(NamedTuple):
     """0, 1, 2 for the faces, 3 for the whole domain from the best of them, 4 with co-contraction."""
 
 
-def bend(solution: Solution) -> Float[Array, "2"]:
-    """Bending angle as a vector (θ cos γ, θ sin γ) [rad], with derivatives also where the rod is straight.
+def bend(tangent: Float[Array, "3"], angle: Float[Array, ""]) -> Float[Array, "2"]:
+    """Bending angle as a vector (θ cos γ, θ sin γ) [rad], of the tip's tangent t; θ tells the half turn.
 
-    There, with t the tip's tangent, θ = arctan(h/t_z), h² = t_x² + t_y², and θ (cos γ, sin γ) is
-    −(t_x, t_y) θ/h.
+    With derivatives by t also where the rod is straight: θ = arctan(h/t_z), h² = t_x² + t_y², and
+    θ (cos γ, sin γ) is −(t_x, t_y) θ/h.
     """
-    ahead = -solution.tip_rotation[:2, 2]
-    up = solution.tip_rotation[2, 2]
-    straight = (jnp.sum(ahead**2) < 1e-8) & (solution.bending_angle < 1.0)
-    near = ahead / jnp.where(straight, up, 1.0) * (1.0 - jnp.sum(ahead**2) / 3.0)
-    plane = solution.bending_plane
-    return jnp.where(straight, near, solution.bending_angle * jnp.stack([jnp.cos(plane), jnp.sin(plane)]))
-
-
-def _bend_of(
-    tangent: Float[Array, "3"], angle: Float[Array, ""], plane: Float[Array, ""]
-) -> Float[Array, "2"]:
-    """Bend (θ cos γ, θ sin γ) of a tangent near one whose θ and γ are given, which tell the half turn."""
     ahead, up = -tangent[:2], tangent[2]
     size = jnp.sum(ahead**2)
     straight = (size < 1e-8) & (angle < 1.0)
     near = ahead / jnp.where(straight, up, 1.0) * (1.0 - size / 3.0)
     # Past a half turn θ grows as the tangent comes up again, on the other side.
-    half_turns = jnp.floor(angle / jnp.pi)
-    sign = jnp.where(half_turns % 2.0 == 1.0, -1.0, 1.0)
+    half_turns = jax.lax.stop_gradient(jnp.floor(angle / jnp.pi))
+    back = half_turns % 2.0 == 1.0
     sine = jnp.sqrt(jnp.where(straight, 1.0, size))
     polar = jnp.arctan2(sine, up)
-    theta = jnp.pi * half_turns + jnp.where(sign < 0.0, jnp.pi - polar, polar)
-    return jnp.where(straight, near, theta * sign * ahead / sine)
+    theta = jnp.pi * half_turns + jnp.where(back, jnp.pi - polar, polar)
+    return jnp.where(straight, near, jnp.where(back, -theta, theta) * ahead / sine)
 
 
 @eqx.filter_jit

@@ -8,10 +8,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from rodmodel._balance import Equilibrium
 from rodmodel._bending import bending
-from rodmodel._ends import base_turn, tip_offset
-from rodmodel._equilibria import Adaptive, FixedStep, Solver, solve_equilibrium
+from rodmodel._ends import base_turn, cap_centre, tip_offset
+from rodmodel._equilibria import Adaptive, FixedStep, Solver, solve_shape
 from rodmodel._follow import CONVERGED, UNSTABLE, Reached
 from rodmodel._inputs import all_finite, is_rotation, vector_of
 from rodmodel._inverse import Inverse, Target, find_pressure
@@ -19,11 +18,11 @@ from rodmodel._jacobian import Jacobian, PoseDerivative, turn_change
 from rodmodel._loads import Loads, into_base, resultants
 from rodmodel._predictor import Predictor
 from rodmodel._rotation import screw
-from rodmodel._shape import Arc, Shape, Stepped
+from rodmodel._shape import Shape
 from rodmodel._solution import RESULTS, Numbers, Solution
 from rodmodel._tip import solve_and_differentiate_tip
 from rodmodel.calibration_file import Actuator, Domain
-from rodmodel.section import CurvatureLaw, SectionLaw
+from rodmodel.section import SectionLaw
 
 
 @final
@@ -284,7 +283,7 @@ class Rod(eqx.Module):
         if mount is not None:
             loads = into_base(loads, mount)
         offset = tip_offset(self.actuator, law.free_curvature)
-        shape, reached = _equilibrium_shape(law, loads, self.actuator, offset, start, solver)
+        shape, reached = solve_shape(law, loads, self.actuator, offset, start, solver)
 
         pressure_in_domain = self.domain.covers_pressure(pressure)
         _, curvatures, _ = shape.samples()
@@ -292,10 +291,7 @@ class Rod(eqx.Module):
         in_domain = good & pressure_in_domain & jnp.all(covered)
         positions, rotations = shape.poses()
         end, tip_rotation, tangents = positions[-1], rotations[-1], rotations[:, :, 2]
-        tip_position = end + self.actuator.tip_length * tip_rotation[:, 2]
-        tip_position = tip_position.at[2].add(self.actuator.stiff_base)
-        if offset is not None:
-            tip_position = tip_position + tip_rotation @ offset
+        tip_position = cap_centre(self.actuator, offset, end, tip_rotation)
         if mount is not None:
             end, tip_rotation, tangents = mount @ end, mount @ tip_rotation, tangents @ mount.T
             tip_position = mount @ tip_position
@@ -328,7 +324,6 @@ class Rod(eqx.Module):
             base_rotation=base_rotation,
             mount=mount,
             tip_offset=offset,
-            stiff_base=self.actuator.stiff_base,
             tip_length=self.actuator.tip_length,
         )
         solution = jax.tree.map(
@@ -344,7 +339,7 @@ class Rod(eqx.Module):
     def _chamber_volume(self, pressure: Float[Array, "3"], shape: Shape) -> Float[Array, "3"]:
         """Volume −∂/∂p ∫ Π(u(s), p) ds at a fixed shape [m³]: one derivative for all sections."""
         _, curvatures, weights = shape.samples()
-        # The stiff ends hold as much per length as the rest.
+        # The stiff end holds as much per length as the rest.
         weights = weights * (self.actuator.body_length / self.actuator.bending_length)
 
         def potential(pressure: Float[Array, "3"]) -> Float[Array, ""]:
@@ -368,29 +363,6 @@ class Rod(eqx.Module):
             "solve: no equilibrium was found under the full load, expected a load that the rod can carry; "
             "throw=False returns the equilibrium at the largest fraction of it that was reached",
         ]
-
-
-def _equilibrium_shape(
-    law: CurvatureLaw,
-    loads: Loads,
-    actuator: Actuator,
-    offset: Float[Array, "3"] | None,
-    start: Float[Array, " n"] | None,
-    solver: Solver,
-) -> tuple[Shape, Reached]:
-    free, length = law.free_curvature, actuator.bending_length
-    equilibrium = Equilibrium(law, resultants(loads, actuator, free.dtype), actuator, offset)
-    if not jax.tree.leaves(loads):
-        return Arc(base_curvature=free, length=length), Reached.free(length * free)
-    reached = solve_equilibrium(equilibrium, start, solver)
-    nodes = reached.nodes
-    shape = Stepped(
-        positions=length * nodes.positions,
-        quaternions=nodes.quaternions,
-        node_curvatures=nodes.turns / length,
-        length=length,
-    )
-    return shape, reached
 
 
 def _result(good: Bool[Array, ""], converged: Bool[Array, ""], reached: Reached) -> RESULTS:

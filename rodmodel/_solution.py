@@ -57,7 +57,7 @@ class Solution(eqx.Module):
     base_position, base_rotation : where the base is; None for the origin, along +z.
     mount : frame of the first section in that of the base; None for the same.
     tip_offset : how far the cap lies beside the end of the shape, in its frame [m]; None for not at all.
-    stiff_base, tip_length : straight parts before and behind the shape, the cap in the latter [m].
+    tip_length : of the straight part behind the shape, the cap in it [m].
     """
 
     tip_position: Float[Array, "3"]
@@ -77,7 +77,6 @@ class Solution(eqx.Module):
     base_rotation: Float[Array, "3 3"] | None
     mount: Float[Array, "3 3"] | None
     tip_offset: Float[Array, "3"] | None
-    stiff_base: float = eqx.field(static=True)
     tip_length: float = eqx.field(static=True)
 
     def centreline(self, arc_length: Numbers) -> Float[Array, "*s 3"]:
@@ -122,9 +121,8 @@ class Solution(eqx.Module):
     def _position(self, s: Float[Array, ""]) -> Float[Array, "3"]:
         body = self._in_shape(s)
         position, rotation = self.shape.pose(body)
-        # Straight on at either end: below the shape, `rotation` is that of the base.
-        position = position + (s - self.stiff_base - body) * rotation[:, 2]
-        position = position.at[2].add(self.stiff_base)
+        # Straight on behind the shape.
+        position = position + (s - body) * rotation[:, 2]
         if self.tip_offset is not None:
             position = position + self._share_of_offset(body) * rotation @ self.tip_offset
         if self.mount is not None:
@@ -142,11 +140,11 @@ class Solution(eqx.Module):
     def _curvature(self, s: Float[Array, ""]) -> Float[Array, "3"]:
         body = self._in_shape(s)
         curvature = self.shape.curvature(body)
-        return jnp.where(s - self.stiff_base == body, curvature, jnp.zeros_like(curvature))
+        return jnp.where(s == body, curvature, jnp.zeros_like(curvature))
 
     def _in_shape(self, s: Float[Array, ""]) -> Float[Array, ""]:
         """The arc length of the shape that is nearest to s."""
-        return jnp.clip(s - self.stiff_base, 0.0, self.shape.length)
+        return jnp.clip(s, 0.0, self.shape.length)
 
     def _share_of_offset(self, s: Float[Array, ""]) -> Float[Array, ""]:
         """How much of its offset to the cap the axis has: all at the end of the shape."""
@@ -162,6 +160,6 @@ class Solution(eqx.Module):
     ) -> Array:
         """Evaluate at each arc length; NaN outside the rod, a rounding of its length left aside."""
         values = jax.vmap(lambda s: quantity(self, s))(s.ravel())
-        end = (self.stiff_base + self.shape.length + self.tip_length) * (1.0 + 4.0 * jnp.finfo(s.dtype).eps)
+        end = (self.shape.length + self.tip_length) * (1.0 + 4.0 * jnp.finfo(s.dtype).eps)
         inside = ((s >= 0.0) & (s <= end)).reshape((-1,) + (1,) * (values.ndim - 1))
         return jnp.where(inside, values, jnp.nan).reshape(s.shape + values.shape[1:])

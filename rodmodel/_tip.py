@@ -9,7 +9,7 @@ from jaxtyping import Array, Bool, Float
 from rodmodel._balance import Equilibrium
 from rodmodel._bending import bending
 from rodmodel._components import Quaternion, solve, triple, turn_by
-from rodmodel._ends import base_turn, tip_offset
+from rodmodel._ends import base_turn, cap_centre, product, tip_offset
 from rodmodel._equilibria import FixedStep
 from rodmodel._follow import CONVERGED, follow
 from rodmodel._kernel import one_kernel
@@ -85,28 +85,18 @@ def tip_of(
     reached = follow(equilibrium, start, solver.steps, tolerance, is_warm)
     rotations = jax.vmap(rotation_of)(reached.nodes.quaternions)
     end, rotation = actuator.bending_length * reached.nodes.positions[-1], rotations[-1]
-    tangents, position = rotations[:, :, 2], _cap(equilibrium, end, rotation)
+    tangents, position = rotations[:, :, 2], cap_centre(actuator, equilibrium.offset, end, rotation)
     if mount is not None:
-        end, position, rotation = (_product(mount, part) for part in (end, position, rotation))
-        tangents = _product(mount, tangents.T).T
+        end, position, rotation = (product(mount, part) for part in (end, position, rotation))
+        tangents = product(mount, tangents.T).T
     angle, plane = bending(tangents, end)
     converged = (reached.load_fraction == 1.0) & (reached.outcome == CONVERGED)
     return Tip(position, rotation, angle, plane, reached.unknown, converged, reached.stable)
 
 
-# XLA takes a sum of products for a matrix product, and leaves that to a library, which cannot be part of a
-# kernel: hence term by term.
-
-
 def _weighted(columns: Any, weights: Any) -> Any:
-    """Sum of three columns, in the last axis, with weights."""
+    """Sum of three columns, in the last axis, with weights; see `product`."""
     return columns[..., 0] * weights[0] + columns[..., 1] * weights[1] + columns[..., 2] * weights[2]
-
-
-def _product(matrix: Any, other: Any) -> Any:
-    """Product of a (3, 3) matrix with a vector or another matrix."""
-    first, second, third = (jnp.expand_dims(matrix[:, k], tuple(range(1, other.ndim))) for k in range(3))
-    return first * other[0] + second * other[1] + third * other[2]
 
 
 def _mounted(
@@ -119,15 +109,6 @@ def _mounted(
     one, none = jnp.ones_like(turn[0]), jnp.zeros_like(turn[0])
     frame: Quaternion = turn_by((one, none, none, none), triple(turn))
     return Equilibrium(law, mounted(loads, frame), actuator, offset), rotation_of(jnp.stack(frame))
-
-
-def _cap(equilibrium: Equilibrium, end: Any, rotation: Any) -> Any:
-    """Centre of the cap's outer face, from the pose of the body's end, in the first section's frame [m]."""
-    actuator = equilibrium.actuator
-    position = end + actuator.tip_length * rotation[:, 2]
-    if actuator.stiff_base:
-        position = position.at[2].add(actuator.stiff_base)
-    return position if equilibrium.offset is None else position + _product(rotation, equilibrium.offset)
 
 
 def change_of(
@@ -155,9 +136,9 @@ def change_of(
         moved, mount = _mounted(actuator, moved_law, pressure + by_pressure, pushed)
         nodes, imbalance = march(moved, unknown + change[:3], steps)
         rotation = rotation_of(nodes.quaternions[-1])
-        position = _cap(moved, actuator.bending_length * nodes.positions[-1], rotation)
+        position = cap_centre(actuator, moved.offset, actuator.bending_length * nodes.positions[-1], rotation)
         if mount is not None:
-            position, rotation = _product(mount, position), _product(mount, rotation)
+            position, rotation = product(mount, position), product(mount, rotation)
         return (position, rotation, imbalance), rotation
 
     (position, rotation, imbalance), at = jax.jacfwd(tip, has_aux=True)(jnp.zeros(9, unknown.dtype))

@@ -3,7 +3,7 @@
     {"schema": "rodmodel-calibration", "version": 1,
      "layout": {"name", "psi_rad" (null where the law is one of all orientations), "pitch_m"},
      "actuator": {"body_length_m", "cap_length_m", "body_diameter_m",
-                  "mass_per_length_kg_per_m", "cap_mass_kg", and, where known, "stiff_base_m", "stiff_tip_m",
+                  "mass_per_length_kg_per_m", "cap_mass_kg", and, where known, "stiff_tip_m",
                   "base_turn_rad_per_pa", "base_lag_m", "tip_offset_m", "tip_offset_curvature_per_m"},
      "section_law": {"kind", "pressure_scale_pa", "curvature_scale_per_m", "energy_scale_n", "rest_volume_m2",
                      and the law's own arrays},
@@ -50,7 +50,6 @@ _ARRAYS = {
     "guess": 2,
 }
 _ENDS = {
-    "stiff_base": "stiff_base_m",
     "stiff_tip": "stiff_tip_m",
     "base_turn": "base_turn_rad_per_pa",
     "base_lag": "base_lag_m",
@@ -94,10 +93,10 @@ class Layout:
 class Actuator:
     """Lengths [m], body diameter [m], mass of the body per length [kg/m] and mass of the cap [kg].
 
-    Near base and cap, where the section cannot widen freely, the body bends less: as if parts of it, the
-    `stiff_base` and the `stiff_tip` [m], did not bend at all. The base turns by `base_turn` [rad/Pa] with the
-    pressures, less by the free turn of a length `base_lag` [m], and the cap lies beside the arc by up to
-    `tip_offset` [m], by 71 % of that at the `tip_offset_curvature` [1/m]: see [`rodmodel._ends`][].
+    Near base and cap, where the section cannot widen freely, the body bends less. The `stiff_tip` [m] before
+    the cap does not bend at all. The base turns by `base_turn` [rad/Pa] with the pressures, less by the free
+    turn of a length `base_lag` [m], and the cap lies beside the arc by up to `tip_offset` [m], by 71 % of
+    that at the `tip_offset_curvature` [1/m]: see [`rodmodel._ends`][].
     """
 
     body_length: float
@@ -105,7 +104,6 @@ class Actuator:
     body_diameter: float
     mass_per_length: float
     cap_mass: float
-    stiff_base: float = 0.0
     stiff_tip: float = 0.0
     base_turn: float = 0.0
     base_lag: float = 0.0
@@ -114,8 +112,8 @@ class Actuator:
 
     @property
     def bending_length(self) -> float:
-        """Length of the body between its stiff ends [m]."""
-        return self.body_length - self.stiff_base - self.stiff_tip
+        """Length of the body up to its stiff end [m]."""
+        return self.body_length - self.stiff_tip
 
     @property
     def tip_length(self) -> float:

@@ -13,7 +13,7 @@ from tests.unit.rodmodel import synthetic
 
 TURN, LAG = 1.5e-6, 3e-3  # [rad/Pa], [m]
 OFFSET, CURVATURE = 2.5e-3, 8.0
-STIFF = {"stiff_base": 1e-3, "stiff_tip": 2e-3}
+STIFF = {"stiff_tip": 2e-3}
 PRESSURE = jnp.array([30e3, 10e3, 2e3])
 FORCE = jnp.array([0.01, 0.02, -0.01])
 GRAVITY = jnp.array([3.0, 0.0, -9.0])

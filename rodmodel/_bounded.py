@@ -14,8 +14,11 @@ from rodmodel.calibration_file import Domain
 
 _MAX_STEPS = 200  # in a long valley, where a third pressure hardly moves the tip
 # Of Levenberg and Marquardt's term, against squares of derivatives near one: at first, least and most.
-_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-2, 1e-14, 1e8
+_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-3, 1e-14, 1e8
 _SHRINK, _GROW = 0.1, 5.0
+# How many steps may be taken from where the sum of squares has grown, and by how much: along a curved valley
+# the next step mends what the one before has missed of it.
+_ASTRAY, _HIGHEST = 2, 100.0
 
 
 Evaluate = Callable[[Float[Array, "3"], Any], tuple[Float[Array, " m"], Float[Array, "m 3"], Any]]
@@ -45,11 +48,23 @@ class Fit(NamedTuple):
     """What the evaluation there left for the next ones."""
 
 
-class _Progress(NamedTuple):
-    fit: Fit
+class _Place(NamedTuple):
+    point: Float[Array, "3"]
+    cost: Float[Array, ""]
     residual: Float[Array, " m"]
     slope: Float[Array, "m 3"]
+    memory: Any
+
+
+class _Progress(NamedTuple):
+    best: _Place
+    at: _Place
+    """Where the next step is from."""
+    astray: Int[Array, ""]
+    """Steps since the best."""
     damping: Float[Array, ""]
+    converged: Bool[Array, ""]
+    steps: Int[Array, ""]
 
 
 def boxes_of(domain: Domain) -> Box:
@@ -106,72 +121,85 @@ def least_squares(
     start: Float[Array, "3"],
     box: Box,
     enough: float,
+    worth: float | Float[Array, ""] = 0.0,
     memory: Any = (),
 ) -> Fit:
     """Minimise the sum of squares of a residual over a box, by Levenberg and Marquardt's method.
 
     Each step minimises the damped linear model over the whole box, faces included, exactly. The search ends
-    at a residual that is small enough, or where the linear model promises no more of it to go.
+    at a residual that is small enough, or where the linear model promises no more of it to go. Steps that
+    come out higher are taken for a while, and taken back where they lead to nothing better.
 
     Parameters
     ----------
     evaluate : residual and its derivative at a point [units of the box], and a new memory, of the point and
-        the memory of the best one so far. A residual that is not finite is stepped back from.
+        the memory of the place that it is sought from. A residual that is not finite is stepped back from.
     start : inside the box.
     box : where to search.
     enough : a sum of squares that ends the search.
+    worth : part of the sum of squares that a step must promise to take off; no less than roundings allow.
     memory : what `evaluate` is given at the start.
 
     References
     ----------
-    Nocedal and Wright (2006), Numerical Optimization, chs 10.3 and 16.
+    Nocedal and Wright (2006), Numerical Optimization, chs 10.3 and 16; Chamberlain, Powell, Lemarechal and
+    Pedersen (1982), Math. Program. Study 16, 1, for the steps that come out higher.
     """
     dtype = start.dtype
     epsilon = float(jnp.finfo(dtype).eps)
     small, enough = epsilon**0.6, max(enough, epsilon**1.2)
 
-    def advance(at: _Progress) -> _Progress:
-        fit = at.fit
+    def advance(progress: _Progress) -> _Progress:
+        best, at, damping = progress.best, progress.at, progress.damping
         # The first step is none: it evaluates the start.
-        first = fit.steps == 0
+        first = progress.steps == 0
         curvature, gradient = at.slope.T @ at.slope, at.slope.T @ at.residual
-        trial = _minimum(curvature + at.damping * jnp.eye(3, dtype=dtype), gradient, fit.point, box)
-        trial = jnp.where(first, fit.point, trial)
-        step = trial - fit.point
+        trial = _minimum(curvature + damping * jnp.eye(3, dtype=dtype), gradient, at.point, box)
+        trial = jnp.where(first, at.point, trial)
+        step = trial - at.point
         promise = -(2.0 * gradient + curvature @ step) @ step
 
-        residual, slope, memory = evaluate(trial, fit.memory)
-        cost = jnp.sum(residual**2)
-        better = (cost <= fit.cost) & jnp.all(jnp.isfinite(slope))
+        residual, slope, memory = evaluate(trial, at.memory)
+        there = _Place(trial, jnp.sum(residual**2), residual, slope, memory)
+        finite = jnp.all(jnp.isfinite(slope))
+        better = (there.cost <= best.cost) & finite
+        taken = finite & (progress.astray < _ASTRAY) & (there.cost <= _HIGHEST * best.cost)
         # Written so that a NaN, from a start without a residual, ends the search.
-        ended = ~first & ~((promise > small * fit.cost) & (jnp.max(jnp.abs(step)) > small))
-        met = better & (cost <= enough)
-        damping = jnp.clip(at.damping * jnp.where(better, _SHRINK, _GROW), _LEAST_DAMPING, _MOST_DAMPING)
+        going = (promise > jnp.maximum(worth, small) * at.cost) & (jnp.max(jnp.abs(step)) > small)
+        ended = ~first & ~going & (progress.astray == 0)
+        met = better & (there.cost <= enough)
+        new_best = _choose(better, there, best)
         return _Progress(
-            fit=Fit(
-                point=jnp.where(better, trial, fit.point),
-                cost=jnp.where(better, cost, fit.cost),
-                converged=(ended & jnp.isfinite(fit.cost)) | met,
-                steps=fit.steps + 1,
-                memory=jax.tree.map(lambda new, old: jnp.where(better, new, old), memory, fit.memory),
+            best=new_best,
+            at=_choose(better | taken, there, new_best),
+            astray=jnp.where(better | ~taken, 0, progress.astray + 1),
+            damping=jnp.where(
+                first | (taken & ~better),
+                damping,
+                jnp.clip(damping * jnp.where(better, _SHRINK, _GROW), _LEAST_DAMPING, _MOST_DAMPING),
             ),
-            residual=jnp.where(better, residual, at.residual),
-            slope=jnp.where(better, slope, at.slope),
-            damping=jnp.where(first, at.damping, damping),
+            converged=(ended & jnp.isfinite(best.cost)) | met,
+            steps=progress.steps + 1,
         )
 
-    def unfinished(at: _Progress) -> Bool[Array, ""]:
-        evaluated = (at.fit.steps > 0) & ~jnp.isfinite(at.fit.cost)
-        return ~at.fit.converged & ~evaluated & (at.fit.steps < _MAX_STEPS)
+    def unfinished(progress: _Progress) -> Bool[Array, ""]:
+        evaluated = (progress.steps > 0) & ~jnp.isfinite(progress.best.cost)
+        return ~progress.converged & ~evaluated & (progress.steps < _MAX_STEPS)
 
     shape = jax.eval_shape(evaluate, start, memory)[1].shape
-    begin = _Progress(
-        fit=Fit(start, jnp.asarray(jnp.inf, dtype), jnp.array(False), jnp.zeros((), int), memory),
-        residual=jnp.zeros(shape[0], dtype),
-        slope=jnp.zeros(shape, dtype),
-        damping=jnp.asarray(_DAMPING, dtype),
+    infinite = jnp.asarray(jnp.inf, dtype)
+    begin = _Place(start, infinite, jnp.zeros(shape[0], dtype), jnp.zeros(shape, dtype), memory)
+    none = jnp.zeros((), int)
+    damping = jnp.asarray(_DAMPING, dtype)
+    end = jax.lax.while_loop(
+        unfinished, advance, _Progress(begin, begin, none, damping, jnp.array(False), none)
     )
-    return jax.lax.while_loop(unfinished, advance, begin).fit
+    return Fit(end.best.point, end.best.cost, end.converged, end.steps, end.best.memory)
+
+
+def _choose(condition: Bool[Array, ""], one: _Place, other: _Place) -> _Place:
+    chosen: _Place = jax.tree.map(lambda a, b: jnp.where(condition, a, b), one, other)
+    return chosen
 
 
 def _minimum(

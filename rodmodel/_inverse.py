@@ -5,17 +5,19 @@ is straight. The pressures that come nearest are sought by bounded least squares
 
 1. On the faces of the domain where one chamber has no pressure, so without co-contraction. Two chambers
    beside each other reach a sector of bending planes; the three sectors go round, and the likeliest is first.
-2. Where no face reaches the target, in the whole domain, from the nearest point of the faces. Steps of least
-   length keep the pressure of the third chamber no higher than they need.
+2. Where no face reaches the target, in the whole domain, from the nearest point of the faces; at once from
+   one that comes close. Steps of least length keep the third chamber's pressure no higher than they need.
 
 3. Where that ends short of it, once more from there with co-contraction: the poses that three pressures reach
    are little more than a surface, and it is folded.
 
 With loads, the search for the free rod, which costs little, says where to start, and each step solves and
-differentiates in one kernel, from the solution of the step before.
+differentiates from the solution of the step before. All of it is one kernel.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple, final
 
 import equinox as eqx
@@ -24,9 +26,13 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from rodmodel._bounded import Box, Evaluate, Fit, boxes_of, least_squares
+from rodmodel._equilibria import FixedStep
+from rodmodel._kernel import one_kernel
+from rodmodel._loads import Resultants
 from rodmodel._solution import Numbers, Solution
-from rodmodel._tip import Tip, TipChange
-from rodmodel.calibration_file import Domain
+from rodmodel._tip import Tip, TipChange, free_tip, solve_and_differentiate_tip
+from rodmodel.calibration_file import Actuator, Domain
+from rodmodel.section import SectionLaw
 
 # A target is reached within this much, of position [m] and of bend [rad].
 POSITION_REACHED, BEND_REACHED = 1e-4, 1e-3
@@ -40,13 +46,17 @@ _MESSAGES = [
 ]
 
 Solve = Callable[[Float[Array, "3"]], Solution]
-SolveTip = Callable[[Float[Array, "3"], Float[Array, "3"]], tuple[Tip, TipChange]]
+TipAt = Callable[[Float[Array, "3"], Float[Array, "3"]], tuple[Tip, TipChange]]
+"""Tip and its derivatives at pressures, from the unknown of a tip nearby."""
 
 # Part of the tolerance at which a search ends: two or three steps before the rounding.
 _PART = 1e-3
 # How near the free rod has to come to the target of a loaded one, of the rod's length or in radians. It
 # cannot come all the way: three pressures reach hardly more than a surface.
 _NEAR = 0.1
+# A face that comes as near as that is followed into the domain before the other faces are tried, in the same
+# units; and its nearest point need be no nearer than that part of the sum of squares.
+_CLOSE, _WORTH = 0.05, 1e-2
 # Where the search on a face starts, as a fraction of the largest pressures; its sum is within the domain's.
 _START = 0.3
 # By how much pressures are raised for another start, as a fraction of the largest.
@@ -158,6 +168,8 @@ class _Search(NamedTuple):
     """That it was found on, or from."""
     stage: Int[Array, ""]
     """0, 1, 2 for the faces, 3 for the whole domain from the best of them, 4 with co-contraction."""
+    deepen: Bool[Array, ""]
+    """Whether to search the whole domain from the best next, and then go on from the stage."""
 
 
 def bend(tangent: Float[Array, "3"], angle: Float[Array, ""]) -> Float[Array, "2"]:
@@ -182,8 +194,9 @@ def bend(tangent: Float[Array, "3"], angle: Float[Array, ""]) -> Float[Array, "2
 @eqx.filter_jit
 def find_pressure(
     solve: Solve,
-    solve_free: Solve | None,
-    solve_tip: SolveTip | None,
+    section: SectionLaw,
+    actuator: Actuator,
+    loads: Resultants | None,
     domain: Domain,
     target: Target,
     throw: bool,
@@ -193,76 +206,23 @@ def find_pressure(
     Parameters
     ----------
     solve : equilibrium at chamber pressures [Pa], flagged and not thrown where there is none.
-    solve_free : the same without loads, cheaper; None where there are none.
-    solve_tip : under the loads, the tip and its derivatives at pressures, from the unknown of a tip nearby.
+    section, actuator : of the rod.
+    loads : on the rod, in the frame of the base; None where there are none.
     domain : of the pressures.
     target : what is wanted.
     throw : raise where the target was bad or the rod has no equilibrium under its loads.
     """
     scale = max(domain.pressure_max)
-    boxes = boxes_of(domain)
-
-    def evaluate_free(point: Float[Array, "3"], memory: Any) -> tuple[Array, Array, Any]:
-        def miss(point: Float[Array, "3"]) -> tuple[Float[Array, " m"], Float[Array, " m"]]:
-            solution = (solve if solve_free is None else solve_free)(scale * point)
-            # Without an equilibrium there is no pose to speak of.
-            missed = jnp.where(solution.converged, target.miss(solution), jnp.nan)
-            return missed, missed
-
-        slope, missed = jax.jacfwd(miss, has_aux=True)(point)
-        return missed, slope, memory
-
-    def search(
-        evaluate: Evaluate, starts: Float[Array, "3 3"], order: Int[Array, "3"], within: float, memory: Any
-    ) -> tuple[Fit, Int[Array, ""]]:
-        """Best fit, and the face that it was found on or from; `within` a distance it is good enough."""
-        enough = (_PART * target.tolerance / target.unit) ** 2
-
-        def unfinished(at: _Search) -> Bool[Array, ""]:
-            return (at.stage < 5) & ~(jnp.sqrt(at.best.cost) <= within)
-
-        def advance(at: _Search) -> _Search:
-            on_face = at.stage < 3
-            face = order[jnp.minimum(at.stage, 2)]
-            box = jax.tree.map(lambda leaf: leaf[jnp.where(on_face, face, 3)], boxes)
-            from_best = jnp.where(at.stage == 3, at.best.point, _contracted(at.best.point, box))
-            start = jnp.where(on_face, starts[face], from_best)
-            fit = least_squares(evaluate, start, box, enough, memory)
-            better = fit.cost < at.best.cost
-            best = jax.tree.map(lambda new, old: jnp.where(better, new, old), fit, at.best)
-            return _Search(
-                best._replace(steps=at.best.steps + fit.steps),
-                jnp.where(better & on_face, face, at.face),
-                at.stage + 1,
-            )
-
-        none = jnp.zeros((), int)
-        nowhere = Fit(starts[0], jnp.asarray(jnp.inf, starts.dtype), jnp.array(False), none, memory)
-        end = jax.lax.while_loop(unfinished, advance, _Search(nowhere, order[0], none))
-        return end.best, end.face
-
-    faces = jax.tree.map(lambda leaf: leaf[:3], boxes)
-    room = jnp.minimum(1.0, faces.total / jnp.sum(faces.upper, axis=1))
-    starts = _START * room[:, None] * faces.upper
     # The chamber farthest from the way that the target lies is the one to do without.
     azimuth = 2.0 * jnp.pi / 3.0 * jnp.arange(3)
-    away = jnp.cos(azimuth - target.plane())
-    order = jnp.argsort(away)
-    met = target.tolerance / target.unit
-    fit, face = search(evaluate_free, starts, order, met if solve_tip is None else _NEAR, ())
-    if solve_tip is not None:
+    order = jnp.argsort(jnp.cos(azimuth - target.plane()))
+    arrays, form = eqx.partition(section, eqx.is_array)
 
-        def evaluate(point: Float[Array, "3"], near: Float[Array, "3"]) -> tuple[Array, Array, Array]:
-            tip, change = solve_tip(scale * point, near)
-            missed, slope = target.miss_of(tip, change)
-            return jnp.where(tip.converged, missed, jnp.nan), scale * slope, tip.unknown
+    def sought(arrays: Any, loads: Resultants | None, point: Array, order: Float[Array, "3"]) -> Fit:
+        whole = eqx.combine(arrays, form)
+        return _seek(whole, actuator, loads, domain, replace(target, point=point), order.astype(int))
 
-        steps = fit.steps
-        starts = starts.at[face].set(jnp.where(jnp.arange(3) == face, 0.0, fit.point))
-        order = jnp.argsort(jnp.where(jnp.arange(3) == face, -2.0, away))
-        fit, _ = search(evaluate, starts, order, met, jnp.full_like(fit.point, jnp.nan))
-        fit = fit._replace(steps=fit.steps + steps)
-
+    fit: Fit = one_kernel(sought, arrays, loads, target.point, order.astype(target.point.dtype))
     solution = solve(scale * fit.point)
     distance = jnp.sqrt(jnp.sum(target.miss(solution) ** 2)) * target.unit
     found = Inverse(
@@ -278,6 +238,87 @@ def find_pressure(
         return found
     problems = jnp.logical_not(jnp.array([target.good, found.solution.converged]))
     return eqx.branched_error_if(found, jnp.any(problems), jnp.argmax(problems), _MESSAGES)
+
+
+def _seek(
+    section: SectionLaw,
+    actuator: Actuator,
+    loads: Resultants | None,
+    domain: Domain,
+    target: Target,
+    order: Int[Array, "3"],
+) -> Fit:
+    """Search, within a kernel; `order` of the faces, the likeliest first."""
+    scale = max(domain.pressure_max)
+    boxes = boxes_of(domain)
+    enough = (_PART * target.tolerance / target.unit) ** 2
+    met = target.tolerance / target.unit
+
+    def evaluate_with(tip_at: TipAt) -> Evaluate:
+        def evaluate(point: Float[Array, "3"], near: Float[Array, "3"]) -> tuple[Array, Array, Array]:
+            tip, change = tip_at(scale * point, near)
+            missed, slope = target.miss_of(tip, change)
+            # Without an equilibrium there is no pose to speak of.
+            return jnp.where(tip.converged, missed, jnp.nan), scale * slope, tip.unknown
+
+        return evaluate
+
+    def search(
+        tip_at: TipAt, starts: Float[Array, "3 3"], order: Int[Array, "3"], within: float
+    ) -> tuple[Fit, Int[Array, ""]]:
+        """Best fit, and the face that it was found on or from; `within` a distance it is good enough."""
+        evaluate, cold = evaluate_with(tip_at), jnp.full_like(starts[0], jnp.nan)
+
+        def unfinished(at: _Search) -> Bool[Array, ""]:
+            return (at.stage < 5) & ~(jnp.sqrt(at.best.cost) <= within)
+
+        def advance(at: _Search) -> _Search:
+            on_face = (at.stage < 3) & ~at.deepen
+            face = order[jnp.minimum(at.stage, 2)]
+            box = jax.tree.map(lambda leaf: leaf[jnp.where(on_face, face, 3)], boxes)
+            contract = (at.stage == 4) & ~at.deepen
+            from_best = jnp.where(contract, _contracted(at.best.point, box), at.best.point)
+            start = jnp.where(on_face, starts[face], from_best)
+            memory = jnp.where(on_face | contract, cold, at.best.memory)
+            worth = jnp.where(on_face, _WORTH, 0.0)
+            fit = least_squares(evaluate, start, box, enough, worth, memory)
+            # What starts from the best may come out of it by a rounding.
+            better = fit.cost <= at.best.cost * (1.0 + 1e-6)
+            best = jax.tree.map(lambda new, old: jnp.where(better, new, old), fit, at.best)
+            deepen = on_face & better & (jnp.sqrt(fit.cost) <= _CLOSE)
+            return _Search(
+                best._replace(steps=at.best.steps + fit.steps),
+                jnp.where(better & on_face, face, at.face),
+                jnp.where(deepen, at.stage, at.stage + 1),
+                deepen,
+            )
+
+        none = jnp.zeros((), int)
+        nowhere = Fit(starts[0], jnp.asarray(jnp.inf, starts.dtype), jnp.array(False), none, cold)
+        begin = _Search(nowhere, order[0], none, jnp.array(False))
+        end = jax.lax.while_loop(unfinished, advance, begin)
+        return end.best, end.face
+
+    def free(pressure: Float[Array, "3"], near: Float[Array, "3"]) -> tuple[Tip, TipChange]:
+        del near
+        return free_tip(section, actuator, pressure)
+
+    faces = jax.tree.map(lambda leaf: leaf[:3], boxes)
+    room = jnp.minimum(1.0, faces.total / jnp.sum(faces.upper, axis=1))
+    starts = _START * room[:, None] * faces.upper
+    fit, face = search(free, starts, order, met if loads is None else _NEAR)
+    if loads is None:
+        return fit
+    solver = FixedStep(tolerance=1e-10)
+    under_loads = partial(solve_and_differentiate_tip, section, actuator, loads, solver, by_force=False)
+    on_face = jnp.arange(3) == face
+    starts = jnp.where(on_face[:, None], jnp.where(on_face, 0.0, fit.point), starts)
+    first, second, third = order
+    order = jnp.stack(
+        [face, jnp.where(face == first, second, first), jnp.where(face == third, second, third)]
+    )
+    loaded, _ = search(under_loads, starts, order, met)
+    return loaded._replace(steps=loaded.steps + fit.steps)
 
 
 def _contracted(point: Float[Array, "3"], box: Box) -> Float[Array, "3"]:

@@ -11,7 +11,7 @@ from jax.sharding import Mesh, NamedSharding, PartitionSpec
 from rodmodel._equilibria import FixedStep
 from rodmodel._kernel import compile_with_kernels, one_kernel
 from rodmodel._loads import Loads, resultants
-from rodmodel._tip import Tip, change_of, tip_of
+from rodmodel._tip import Tip, solve_and_differentiate_tip, tip_of
 
 _LOADS = ("tip_force", "tip_moment", "gravity", "distributed_force")
 _TOLERANCE = 1e-7
@@ -190,12 +190,9 @@ def _row(rod: Any, names: tuple[str, ...], solver: FixedStep, row: Any, jacobian
     loads = resultants(Loads(**dict(zip(names, given, strict=True))), rod.actuator, row.dtype)
 
     def answer_of(pressure: Any, loads: Any, start: Any) -> tuple[Tip, tuple[Any, ...]]:
-        law = rod.section.at(pressure)
-        tip = tip_of(law, rod.actuator, loads, solver, pressure, start)
-        if not jacobian:
-            return tip, ()
-        by_pressure = jax.jacfwd(rod.section.at)(pressure)
-        return tip, change_of(law, by_pressure, rod.actuator, loads, pressure, tip.unknown, solver.steps)
+        if jacobian:
+            return solve_and_differentiate_tip(rod.section, rod.actuator, loads, solver, pressure, start)
+        return tip_of(rod.section.at(pressure), rod.actuator, loads, solver, pressure, start), ()
 
     tip, change = one_kernel(answer_of, pressure, loads, parts[-1])
     bend = jnp.stack([tip.angle, tip.plane])

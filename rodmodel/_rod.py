@@ -20,7 +20,6 @@ from rodmodel._predictor import Predictor
 from rodmodel._rotation import screw
 from rodmodel._shape import Shape
 from rodmodel._solution import RESULTS, Numbers, Solution
-from rodmodel._tip import solve_and_differentiate_tip
 from rodmodel.calibration_file import Actuator, Domain
 from rodmodel.section import SectionLaw
 
@@ -178,15 +177,9 @@ class Rod(eqx.Module):
         target = Target.of(bending_angle, bending_plane, tip_position, length)
         loads = {"tip_force": tip_force, "tip_moment": tip_moment, "gravity": gravity}
         given = {name: jnp.asarray(load, float) for name, load in loads.items() if load is not None}
-        free = eqx.Partial(Rod.solve, self, throw=False)
         solve = eqx.Partial(Rod.solve, self, throw=False, solver=FixedStep(), **given)
-        if not given:
-            return find_pressure(solve, None, None, self.domain, target, throw)
-        carried = resultants(Loads(**given), self.actuator, target.point.dtype)
-        tip = eqx.Partial(
-            solve_and_differentiate_tip, self.section, self.actuator, carried, FixedStep(tolerance=1e-10)
-        )
-        return find_pressure(solve, free, tip, self.domain, target, throw)
+        carried = resultants(Loads(**given), self.actuator, target.point.dtype) if given else None
+        return find_pressure(solve, self.section, self.actuator, carried, self.domain, target, throw)
 
     @eqx.filter_jit
     def jacobian(

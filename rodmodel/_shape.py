@@ -14,7 +14,7 @@ from rodmodel._nodes import integral_weights, slope_matrix
 from rodmodel._rotation import rotation_of, screw
 
 # Less than half a turn between two of them, up to eight turns.
-_ARC_SAMPLES = 17
+ARC_SAMPLES = 17
 
 _GAUSS = (0.5 - np.sqrt(3.0) / 6.0, 0.5 + np.sqrt(3.0) / 6.0)
 
@@ -60,7 +60,7 @@ class Arc(Shape):
 
     def poses(self) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 3"]]:
         """Positions [m] and frames along the body, base to end, close enough to count the turns."""
-        samples = jnp.asarray(np.linspace(0.0, self.length, _ARC_SAMPLES), self.base_curvature.dtype)
+        samples = jnp.asarray(np.linspace(0.0, self.length, ARC_SAMPLES), self.base_curvature.dtype)
         return jax.vmap(self.pose)(samples)
 
     def samples(self) -> tuple[Float[Array, " n"], Float[Array, "n 3"], Float[Array, " n"]]:

@@ -1,21 +1,23 @@
-"""The tip under pressures and loads, with its derivatives, in one kernel: what a control loop asks for."""
+"""The tip under pressures and loads, with its derivatives, within a kernel: what a control loop asks for."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from rodmodel._balance import Equilibrium
 from rodmodel._bending import bending
-from rodmodel._components import Quaternion, solve, triple, turn_by
+from rodmodel._components import Quaternion, screw_by, solve, triple, turn_by
 from rodmodel._ends import base_turn, cap_centre, product, tip_offset
 from rodmodel._equilibria import FixedStep
 from rodmodel._follow import CONVERGED, follow
-from rodmodel._kernel import one_kernel
 from rodmodel._loads import Resultants, mounted
 from rodmodel._march import march
 from rodmodel._rotation import rotation_of
+from rodmodel._shape import ARC_SAMPLES
 from rodmodel.calibration_file import Actuator
 from rodmodel.section import CurvatureLaw, SectionLaw
 
@@ -39,11 +41,11 @@ class Tip(NamedTuple):
 
 
 class TipChange(NamedTuple):
-    """Derivatives of a tip by the three pressures and the tip force, as columns."""
+    """Derivatives of a tip by the three pressures and, under loads, the tip force, as columns."""
 
-    position: Float[Array, "3 6"]
+    position: Float[Array, "3 n"]
     """[m/Pa] and [m/N]"""
-    turn: Float[Array, "3 6"]
+    turn: Float[Array, "3 n"]
     """Of the small turn of the cap, δR = (turn × R) [rad/Pa] and [rad/N]."""
 
 
@@ -54,8 +56,9 @@ def solve_and_differentiate_tip(
     solver: FixedStep,
     pressure: Float[Array, "3"],
     start: Float[Array, "3"],
+    by_force: bool = True,
 ) -> tuple[Tip, TipChange]:
-    """Solve a rod with fixed steps, and differentiate them, in one kernel but for the law at the pressures.
+    """Solve a rod with fixed steps, and differentiate them, within a kernel.
 
     Parameters
     ----------
@@ -64,15 +67,55 @@ def solve_and_differentiate_tip(
     solver : its tolerance is 1e-7 where it has none.
     pressure : of the chambers [Pa].
     start : `unknown` of a tip nearby; NaN for none.
+    by_force : whether to differentiate by the tip force too.
     """
+    law, change = jax.linearize(section.at, pressure)
+    tip = tip_of(law, actuator, loads, solver, pressure, start)
+    return tip, _change_of(law, change, actuator, loads, pressure, tip.unknown, solver.steps, by_force)
 
-    def found(law: Any, by_pressure: Any, pressure: Any, loads: Any, start: Any) -> tuple[Tip, TipChange]:
-        tip = tip_of(law, actuator, loads, solver, pressure, start)
-        return tip, change_of(law, by_pressure, actuator, loads, pressure, tip.unknown, solver.steps)
 
-    law, by_pressure = section.at(pressure), jax.jacfwd(section.at)(pressure)
-    answer: tuple[Tip, TipChange] = one_kernel(found, law, by_pressure, pressure, loads, start)
-    return answer
+def free_tip(section: SectionLaw, actuator: Actuator, pressure: Float[Array, "3"]) -> tuple[Tip, TipChange]:
+    """Tip of a rod without loads, an arc, and its derivatives by the pressures, within a kernel."""
+    free, slope_along = jax.linearize(section.free_curvature, pressure)
+    length = actuator.bending_length
+
+    def pose(pressure: Any, curvature: Any) -> Any:
+        turn = triple(length * curvature)
+        one, none = jnp.ones_like(turn[0]), jnp.zeros_like(turn[0])
+        straight: Quaternion = (one, none, none, none)
+        quaternion, end = screw_by(straight, turn, (none, none, length * one))
+        rotation = rotation_of(jnp.stack(quaternion))
+        offset = tip_offset(actuator, curvature)
+        position = cap_centre(actuator, offset, jnp.stack(end), rotation)
+        base = base_turn(actuator, pressure, curvature)
+        if base is None:
+            return (position, rotation), (jnp.stack(end), None)
+        mount = rotation_of(jnp.stack(turn_by(straight, triple(base))))
+        return (product(mount, position), product(mount, rotation)), (product(mount, jnp.stack(end)), mount)
+
+    (position, rotation), along, (end, mount) = jax.linearize(pose, pressure, free, has_aux=True)
+    columns = [along(unit, slope_along(unit)) for unit in jnp.eye(3, dtype=pressure.dtype)]
+    shifts, turns = (jnp.stack([column[part] for column in columns], axis=-1) for part in range(2))
+    tangents = _arc_tangents(length * free)
+    angle, plane = bending(tangents if mount is None else product(mount, tangents.T).T, end)
+    good = jnp.all(jnp.isfinite(position))
+    tip = Tip(position, rotation, angle, plane, length * free, good, good)
+    return tip, TipChange(shifts, _turn_of(rotation, turns))
+
+
+def _arc_tangents(turn: Float[Array, "3"]) -> Float[Array, "n 3"]:
+    """Tangents along an arc of a whole turn Ω, close enough to count half turns."""
+    part = jnp.asarray(np.linspace(0.0, 1.0, ARC_SAMPLES), turn.dtype)
+    one, none = jnp.ones_like(part), jnp.zeros_like(part)
+    parts = (part * turn[0], part * turn[1], part * turn[2])
+    w, x, y, z = turn_by((one, none, none, none), parts)
+    return jnp.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=1)
+
+
+def _turn_of(rotation: Float[Array, "3 3"], change: Float[Array, "3 3 n"]) -> Float[Array, "3 n"]:
+    """Small turns of changes of a frame, δR = (turn × R)."""
+    skew = jnp.sum(change[:, None] * rotation[None, :, :, None], axis=2)
+    return jnp.stack([skew[2, 1], skew[0, 2], skew[1, 0]])
 
 
 def tip_of(
@@ -94,11 +137,6 @@ def tip_of(
     return Tip(position, rotation, angle, plane, reached.unknown, converged, reached.stable)
 
 
-def _weighted(columns: Any, weights: Any) -> Any:
-    """Sum of three columns, in the last axis, with weights; see `product`."""
-    return columns[..., 0] * weights[0] + columns[..., 1] * weights[1] + columns[..., 2] * weights[2]
-
-
 def _mounted(
     actuator: Actuator, law: CurvatureLaw, pressure: Any, loads: Resultants
 ) -> tuple[Equilibrium, Any]:
@@ -111,28 +149,31 @@ def _mounted(
     return Equilibrium(law, mounted(loads, frame), actuator, offset), rotation_of(jnp.stack(frame))
 
 
-def change_of(
+def _change_of(
     law: CurvatureLaw,
-    law_by_pressure: Any,
+    law_change: Callable[[Any], CurvatureLaw],
     actuator: Actuator,
     loads: Resultants,
     pressure: Any,
     unknown: Any,
     steps: int,
+    by_force: bool,
 ) -> TipChange:
-    """Derivatives by the implicit function theorem, within a kernel.
+    """Derivatives by the implicit function theorem; `law_change` is that of the law along pressures.
 
     With x the unknowns, θ the inputs, y the tip and e(x, θ) = 0: dy/dθ = y_θ − y_x e_x⁻¹ e_θ.
     """
 
     def tip(change: Any) -> Any:
         by_pressure, force = change[3:6], change[6:]
-        moved_law = jax.tree.map(lambda at, slope: at + _weighted(slope, by_pressure), law, law_by_pressure)
-        pushed = loads._replace(
-            end_force=loads.end_force + force,
-            cap_force=loads.cap_force + force,
-            lever=loads.lever + actuator.tip_length * force,
-        )
+        moved_law = jax.tree.map(jnp.add, law, law_change(by_pressure))
+        pushed = loads
+        if by_force:
+            pushed = loads._replace(
+                end_force=loads.end_force + force,
+                cap_force=loads.cap_force + force,
+                lever=loads.lever + actuator.tip_length * force,
+            )
         moved, mount = _mounted(actuator, moved_law, pressure + by_pressure, pushed)
         nodes, imbalance = march(moved, unknown + change[:3], steps)
         rotation = rotation_of(nodes.quaternions[-1])
@@ -141,11 +182,12 @@ def change_of(
             position, rotation = product(mount, position), product(mount, rotation)
         return (position, rotation, imbalance), rotation
 
-    (position, rotation, imbalance), at = jax.jacfwd(tip, has_aux=True)(jnp.zeros(9, unknown.dtype))
-    skew = jnp.sum(rotation[:, None] * at[None, :, :, None], axis=2)
-    turn = jnp.stack([skew[2, 1], skew[0, 2], skew[1, 0]])
+    (position, rotation, imbalance), at = jax.jacfwd(tip, has_aux=True)(
+        jnp.zeros(9 if by_force else 6, unknown.dtype)
+    )
+    turn = _turn_of(at, rotation)
     columns = triple(imbalance[:, 0]), triple(imbalance[:, 1]), triple(imbalance[:, 2])
-    shifts = [jnp.stack(solve(columns, triple(imbalance[:, 3 + k]))) for k in range(6)]
+    shifts = [jnp.stack(solve(columns, triple(imbalance[:, k]))) for k in range(3, imbalance.shape[1])]
     by_input = jnp.stack(shifts, axis=1)
 
     def total(y: Any) -> Any:

@@ -12,6 +12,7 @@ from jaxtyping import Array, Float
 
 from rodmodel.section._law import PAIRS, QUADRUPLES, TRIPLES, SectionLaw
 from rodmodel.section._quartic import QuarticLaw, symmetric_tensor
+from rodmodel.section._ridges import weighted_sum
 
 # What each output of the network multiplies, as the axes it carries: a (none), û, K, C₃, C₄.
 _INDICES: tuple[tuple[int, ...], ...] = ((), (0,), (1,), (2,), *PAIRS, *TRIPLES, *QUADRUPLES)
@@ -111,6 +112,6 @@ class FreeStateExpansion(SectionLaw):
             )
         *hidden, last = zip(self.weights, self.biases, strict=True)
         for weight, bias in hidden:
-            x = jnp.tanh(weight @ x + bias)
+            x = jnp.tanh(weighted_sum(x, weight.T) + bias)
         weight, bias = last
-        return weight @ x + bias
+        return weighted_sum(x, weight.T) + bias

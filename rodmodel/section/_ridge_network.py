@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from rodmodel._kernel import as_data
 from rodmodel.section._law import SectionLaw
-from rodmodel.section._ridges import RidgeLaw, powers, ridge, ridge_slope
+from rodmodel.section._ridges import RidgeLaw, powers, ridge, ridge_slope, turned_rows, weighted_sum
 from rodmodel.section._turned import INTO_TURNED, MIRROR, SWAPPED
 
 _THIRDS = [(INTO_TURNED[turns], np.roll(np.arange(3), -turns)) for turns in range(3)]
@@ -109,13 +109,14 @@ class RidgeNetwork(SectionLaw):
         """The law at one pressure, its free curvature the guess still."""
         share = 1.0 / len(self.images)
         still, rest = as_data(_at_rest, self)
+        mixing, slopes, guess = (still.pop(name) for name in ("mixing", "slopes", "guess"))
         offsets, value, free = [], still.pop("constant"), jnp.zeros(3, self.offsets.dtype)
         for image, (turn, order) in enumerate(self.images):
             inputs = self.features(pressure[order] / self.pressure_scale, image)
             change = inputs - rest[image]
-            offsets.append(self.mixing @ inputs + self.offsets)
-            value = value + share * jnp.sum(change * self.slopes)
-            free = free + self.curvature_scale * share * (self.guess @ change) @ turn
+            offsets.append(weighted_sum(inputs, mixing) + self.offsets)
+            value = value + share * weighted_sum(change, slopes)[0]
+            free = free + self.curvature_scale * share * weighted_sum(change, guess) @ turn
         value = value - self.rest_volume / self.energy_scale * jnp.sum(pressure)
         return RidgeLaw(
             **still,
@@ -141,30 +142,42 @@ class RidgeNetwork(SectionLaw):
     def features(self, inputs: Float[Array, "3"], image: int = 0) -> Float[Array, " inputs"]:
         """h(q) of scaled pressures, those of an image."""
         biases = self.feature_biases if self.feature_biases.ndim == 1 else self.feature_biases[image]
-        hidden = jnp.tanh(self.feature_weights @ inputs + biases)
+        hidden = jnp.tanh(weighted_sum(inputs, self.feature_weights.T) + biases)
         return jnp.concatenate([inputs, hidden])
 
 
 def _at_rest(law: RidgeNetwork) -> tuple[dict[str, Any], Any]:
-    """What does not move with the pressures: leaves of the contracted law, and h(0) of each image."""
+    """What does not move with the pressures: leaves of the contracted law, factors of h, and its h(0).
+
+    Image by image: products of a matrix and a vector can be in a kernel, those of two matrices cannot.
+    """
     xp: Any = np if isinstance(law.offsets, np.ndarray) else jnp
     turns = np.array([turn for turn, _ in law.images], law.offsets.dtype)
     share = 1.0 / len(turns)
     hidden = xp.tanh(xp.broadcast_to(law.feature_biases, (len(turns), law.feature_biases.shape[-1])))
     rest = xp.concatenate([xp.zeros((len(turns), 3), law.offsets.dtype), hidden], axis=1)
-    offsets = rest @ law.mixing.T + law.offsets
-    bend = (law.weights * ridge_slope(offsets)) @ law.directions
     a, b, c, d, e, f = law.factor
     lower = xp.stack([xp.stack(row) for row in ((a, 0.0 * a, 0.0 * a), (b, c, 0.0 * a), (d, e, f))])
-    directions = xp.concatenate([law.directions @ turn for turn in turns])
+    constant, slope, quadratic, directions = 0.0, 0.0, 0.0, []
+    for turn, inputs in zip(turns, rest, strict=True):
+        offsets = law.mixing @ inputs + law.offsets
+        constant = constant - share * (law.weights @ ridge(offsets))
+        slope = slope - share * (((law.weights * ridge_slope(offsets)) @ law.directions) @ turn)
+        turned = turn.T @ lower
+        quadratic = quadratic + share * (turned @ turned.T)
+        directions.append(turned_rows(law.directions, turn))
+    directions = xp.concatenate(directions)
     pairs, triples = powers(directions)
     leaves = {
-        "constant": -share * (ridge(offsets) @ law.weights).sum(),
-        "slope": -share * xp.einsum("gji,gj->i", turns, bend),
-        "quadratic": share * xp.einsum("gji,jk,gkl->il", turns, lower @ lower.T, turns),
+        "constant": constant,
+        "slope": slope,
+        "quadratic": quadratic,
         "directions": directions,
         "pairs": pairs,
         "triples": triples,
         "weights": xp.tile(share * law.weights, len(turns)),
+        "mixing": law.mixing.T,
+        "slopes": law.slopes[:, None],
+        "guess": law.guess.T,
     }
     return leaves, rest

@@ -81,7 +81,7 @@ class RidgeLaw(CurvatureLaw):
         x = combine((1.0 / self.curvature_scale, curvature))
         lift, bend, jerk = self._slopes(x)
         third = self.energy_scale / self.curvature_scale**3
-        slope = _weighted_sum(jerk, self.triples)
+        slope = weighted_sum(jerk, self.triples)
         moment, stiffness = self._linear_part(x, lift, bend)
         return Expansion(moment, stiffness, tuple(third * slope[n] for n in range(len(TRIPLES))))
 
@@ -109,20 +109,20 @@ class RidgeLaw(CurvatureLaw):
 
     def _balance(self, x: Triple, lift: Float[Array, " ridges"]) -> Triple:
         """Moment over E/u_s."""
-        q, ridges = self.quadratic, _weighted_sum(lift, self.directions)
+        q, ridges = self.quadratic, weighted_sum(lift, self.directions)
         a, b, c = (self.slope[i] + dot(triple(q[i]), x) + ridges[i] for i in range(3))
         return a, b, c
 
     def _tangent(self, bend: Float[Array, " ridges"]) -> Symmetric:
         """Stiffness over E/u_s²."""
-        ridges = _weighted_sum(bend, self.pairs)
+        ridges = weighted_sum(bend, self.pairs)
         a, b, c, d, e, f = (self.quadratic[pair] + ridges[n] for n, pair in enumerate(PAIRS))
         return a, b, c, d, e, f
 
     def seen_in(self, axes: np.ndarray) -> "RidgeLaw":
         """Law of curvatures u whose components in this law's axes are Q u, Q orthogonal: Π(Q u)."""
         turn = jnp.asarray(axes, self.quadratic.dtype)
-        directions = self.directions @ turn
+        directions = turned_rows(self.directions, turn)
         pairs, triples = powers(directions)
         return replace(
             self,
@@ -186,14 +186,22 @@ def ridge_slope(z: Any) -> Any:
 
 
 @jax.jit
-def _weighted_sum(factors: Float[Array, " ridges"], rows: Float[Array, "ridges n"]) -> Float[Array, " n"]:
+def weighted_sum(factors: Float[Array, " ridges"], rows: Float[Array, "ridges n"]) -> Float[Array, " n"]:
     """Sum Σ f_j rows_j.
 
-    Written out, as the compiler then works on n numbers at a time, which it does in no sum of its own.
+    Written out, as the compiler then works on n numbers at a time, which it does in no sum of its own. Also
+    for it to be in a kernel under `jax.vmap`, where a product of a matrix becomes one of two, which cannot.
     """
     terms = [factors[j] * rows[j] for j in range(rows.shape[0])]
     parts = [functools.reduce(operator.add, terms[k::_PARTS]) for k in range(min(_PARTS, len(terms)))]
     return functools.reduce(operator.add, parts)
+
+
+def turned_rows(rows: Any, axes: Any) -> Any:
+    """Product of many rows and a (3, 3) matrix, NumPy's or JAX's, in sums: so it can be in a kernel."""
+    xp: Any = np if isinstance(rows, np.ndarray) else jnp
+    columns = [sum(rows[:, i] * axes[i, k] for i in range(3)) for k in range(3)]
+    return xp.stack(columns, axis=1)
 
 
 def powers(directions: Any) -> tuple[Any, Any]:

@@ -32,6 +32,8 @@ class Verdict:
     tip : distance of the tips over the body's length.
     angle_error, plane_error : of θ and γ [rad]; γ's is that of the tip's place over its distance from the
         axis, and not a number for a straight actuator.
+    response : error of the tip's way under a tip force, from the run's state without it, over that way; not a
+        number for states without a tip force.
     volume : error of each chamber's volume [m³]; stated : the rod's own 90 % bound of θ [rad].
     """
 
@@ -44,6 +46,7 @@ class Verdict:
     tip: Float[np.ndarray, " n"]
     angle_error: Float[np.ndarray, " n"]
     plane_error: Float[np.ndarray, " n"]
+    response: Float[np.ndarray, " n"]
     volume: Float[np.ndarray, "n 3"]
     stated: Float[np.ndarray, " n"]
 
@@ -90,9 +93,25 @@ def compare_with_truth(truth: xr.Dataset) -> Verdict:
         tip=np.linalg.norm(found["tip_position"] - truth["tip_position"].values, axis=1) / length,
         angle_error=np.abs(found["bending_angle"] - truth["bending_angle"].values),
         plane_error=np.where(sideways, np.abs((turn + np.pi) % (2.0 * np.pi) - np.pi), np.nan),
+        response=_response(truth, found["tip_position"]),
         volume=found["chamber_volume"] - truth["volume"].values,
         stated=found["error_estimate"],
     )
+
+
+def _response(truth: xr.Dataset, tip: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " n"]:
+    """Error of the way that a tip force takes the tip, at the pressures and the gravity of another state."""
+    names, force, theirs = (truth[key].values for key in ("case", "tip_force", "tip_position"))
+    rest = np.concatenate([truth[key].values for key in ("pressure", "gravity")], axis=1)
+    response = np.full(len(names), np.nan)
+    for state in np.flatnonzero(force.any(axis=1)):
+        without = np.flatnonzero(
+            (names == names[state]) & ~force.any(axis=1) & (rest == rest[state]).all(axis=1)
+        )
+        if without.size:
+            ours, way = (place[state] - place[without[0]] for place in (tip, theirs))
+            response[state] = np.linalg.norm(ours - way) / np.linalg.norm(way)
+    return response
 
 
 def _rod_of(case: str) -> Rod | None:
@@ -127,9 +146,9 @@ def _solve(
 def judgement(verdict: Verdict, role: str) -> dict[str, Any]:
     """Figures over the judged states of a role: median, 95th percentile and worst, and where that is.
 
-    ``tip_percent`` of the body's length, ``angle_deg`` up to 150°, ``plane_deg``, ``volume_percent`` of the
-    chambers' volumes, without and with loads; ``stated_bound_share`` : of states whose θ is within the rod's
-    own bound.
+    ``tip_percent`` of the body's length and ``angle_deg`` up to 150°, without and with loads; ``plane_deg``;
+    ``response_percent`` of the way that a tip force takes the tip; ``volume_mm3`` of the worst chamber;
+    ``stated_bound_share`` : of states whose θ is within the rod's own bound.
     """
     chosen = verdict.judged & (verdict.role == role)
     upright = verdict.angle <= ANGLE_JUDGED
@@ -145,6 +164,7 @@ def judgement(verdict: Verdict, role: str) -> dict[str, Any]:
         ("angle_deg", np.rad2deg(verdict.angle_error), upright & ~verdict.loaded),
         ("loaded_angle_deg", np.rad2deg(verdict.angle_error), upright & verdict.loaded),
         ("plane_deg", np.rad2deg(verdict.plane_error), np.isfinite(verdict.plane_error)),
+        ("response_percent", 100.0 * verdict.response, np.isfinite(verdict.response)),
         ("volume_mm3", 1e9 * volume, np.ones_like(upright)),
     ):
         rows = np.flatnonzero(chosen & among)

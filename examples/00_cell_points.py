@@ -8,8 +8,7 @@ One chamber alone depends on the winding by the angle from its centre to the nea
 alone (the paper's ψ'), by the symmetries of the section: chamber 1 at ψ = 0, 15, ..., 90 degrees stands for
 every chamber at every orientation in those steps.
 
-The silicone slides as it does in the sweeps of calibrations. Paths whose record has no
-``end_compliance_m_per_n`` are of before it could: there the cell holds its length.
+The silicone slides as it does in the sweeps of calibrations.
 """
 
 import argparse

@@ -163,8 +163,8 @@ class Rod(eqx.Module):
 
         Returns
         -------
-        inverse : pressures, whether they reach the target, and the solution at them. A batch is quicker by
-            `jax.lax.map`, where no row waits for the slowest of them.
+        inverse : pressures, whether they reach the target, and the solution at them. Under `jax.vmap` on a
+            CPU, rows are searched one after another, so that none waits for the slowest.
 
         Raises
         ------

@@ -15,6 +15,7 @@ _ROWS = {
     "loaded_tip_percent": "tip under loads, % of length",
     "loaded_angle_deg": "bending angle under loads [deg]",
     "plane_deg": "bending plane [deg]",
+    "response_percent": "way under a tip force, % of it",
     "volume_mm3": "chamber volumes [mm3]",
 }
 

@@ -105,6 +105,7 @@ def with_flags(message: str) -> str:
         "tip_force": "--tip-force-n",
         "tip_moment": "--tip-moment-nmm",
         "gravity": "--gravity",
+        "end_compliance": "--end-compliance-mm-per-n",
         "density": "--density-kg-per-m3",
         "run": "--run",
     }

@@ -35,6 +35,13 @@ def add_command(commands: Any) -> None:
     add_actuator(add)
     add("--moment-nmm", nargs="+", metavar="M", help="M1 M2 M3: external moment, body frame [N mm]")
     add("--curvature-per-m", nargs="+", metavar="U", help="U1 U2 U3: impose the curvature and twist [1/m]")
+    add(
+        "--end-compliance-mm-per-n",
+        nargs="+",
+        default=["0"],
+        metavar="C",
+        help="by how much the actuator's ends let the silicone slide along the rod (default: 0, not at all)",
+    )
     add("--json", action="store_true", help="print one JSON object and nothing else")
     add("--vtk", metavar="FILE", help="write the deformed cell and its winding for ParaView (.vtu, .vtk)")
     cell.set_defaults(command=_cell)
@@ -44,12 +51,15 @@ def _cell(options: argparse.Namespace) -> int:
     pressure = numbers("--pressure-kpa", options.pressure_kpa, 3, "kPa")
     moment = optional("--moment-nmm", options.moment_nmm, "N mm")
     curvature = optional("--curvature-per-m", options.curvature_per_m, "1/m")
+    (compliance,) = numbers("--end-compliance-mm-per-n", options.end_compliance_mm_per_n, 1, "mm/N")
     if options.vtk is not None:
         check_writable("--vtk", Path(options.vtk))
     try:
         winding = read_winding(options)
         loads = _ramp(pressure, moment, curvature)
-        cell = PeriodCell(read_geometry(options), winding, level=options.elements)
+        cell = PeriodCell(
+            read_geometry(options), winding, level=options.elements, end_compliance=1e-3 * compliance
+        )
     except ValueError as error:
         raise InputError(with_flags(str(error))) from error
 
@@ -94,6 +104,7 @@ def _record(cell: PeriodCell, state: CellState, converged: bool) -> dict[str, An
         "bending_plane_deg": math.degrees(math.atan2(u1, -u2)) % 360.0,
         "curvature_per_m": state.curvature.tolist(),
         "moment_nmm": (1e3 * state.moment).tolist(),
+        "stretch": state.stretch,
         "chamber_volume_mm3": (1e9 * length * state.volume).tolist(),
         "pressure_kpa": (1e-3 * state.pressure).tolist(),
         "converged": converged,
@@ -119,6 +130,7 @@ def _text(record: dict[str, Any]) -> str:
             f"bending plane      {record['bending_plane_deg']:.2f} deg",
             f"curvature          {row(record['curvature_per_m'])} 1/m",
             f"moment             {row(record['moment_nmm'])} N mm",
+            f"stretch            {record['stretch']:.5f} along the rod",
             f"chamber volumes    {row(record['chamber_volume_mm3'], '{:.1f}')} mm³ over 60 mm",
             f"mesh               {record['elements']} hexahedra, {record['unknowns']} unknowns",
         ]

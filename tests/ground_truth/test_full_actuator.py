@@ -64,13 +64,16 @@ def test_chambers_bend_to_their_own_side(truth: xr.Dataset) -> None:
 def test_the_rod_is_as_near_as_the_documentation_says(verdict: Verdict) -> None:
     """Bounds of the issue's own: the rod of ψ = 0 against runs that nothing was fitted to."""
     fit, judge = (judgement(verdict, role) for role in ("fit", "judge"))
-    assert judge["judged"] >= 41
+    assert judge["judged"] >= 42
     assert fit["judged"] == fit["states"]
     assert judge["tip_percent"]["median"] <= 0.7
     assert judge["loaded_tip_percent"]["median"] <= 2.0
     assert judge["loaded_tip_percent"]["worst"] <= 3.5
     assert judge["angle_deg"]["worst"] <= 3.0
     assert judge["plane_deg"]["worst"] <= 2.0
+    # Ends that bend less also under a tip force would make the rod 17 % too stiff; there are none.
+    assert judge["response_percent"]["median"] <= 5.0
+    assert judge["response_percent"]["worst"] <= 10.0
     # Figures of docs/calibration.md.
     assert judge["tip_percent"]["worst"] == pytest.approx(2.26, abs=0.05)
     assert fit["tip_percent"]["median"] == pytest.approx(0.26, abs=0.05)

@@ -82,28 +82,24 @@ def errors(table: str) -> list[float]:
     return [float(error) for error in re.findall(r"\(([+-][\d.]+)\)", table)]
 
 
-# Errors of the calibrations at these states, which free paths of the sweeps pass near: their worst held-out
-# error is 1.6°, that of the calibration of all orientations is in its file. The points are of cells that hold
-# their length, where the law of ψ = 0 slides: with two chambers that takes 1.9 % of the angle at 40 kPa and
-# less above, so up to 2.8° of 148°; with one, 0.2° at most.
+# Errors of the calibrations at these states, which free paths of the sweeps pass near: no more than the worst
+# held-out one, that of the calibration of all orientations.
 @pytest.mark.parametrize(
-    ("name", "count", "sliding_deg"),
+    ("name", "count"),
     [
-        ("04_orientation.py", 30, 0.2),
-        ("05_pitch.py", 10, 0.2),
-        ("06_layouts.py", 9, 0.2),
-        ("07_one_and_two_chambers.py", 15, 2.8),
+        ("04_orientation.py", 30),
+        ("05_pitch.py", 10),
+        ("06_layouts.py", 9),
+        ("07_one_and_two_chambers.py", 15),
     ],
 )
-def test_a_figure_has_points_the_rod_and_its_error(
-    tmp_path: Path, name: str, count: int, sliding_deg: float
-) -> None:
+def test_a_figure_has_points_the_rod_and_its_error(tmp_path: Path, name: str, count: int) -> None:
     drawn = tmp_path / "figure.png"
     table = run_example(name, str(drawn))
     worst = max(float(c.error["free_bending_angle_rad"]["worst"]) for c in rodmodel.shipped_calibrations())
     found = errors(table)
     assert len(found) >= count
-    assert max(map(abs, found)) < np.degrees(worst) + sliding_deg
+    assert max(map(abs, found)) < np.degrees(worst)
     assert drawn.read_bytes().startswith(b"\x89PNG")
 
 

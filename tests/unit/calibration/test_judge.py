@@ -188,6 +188,21 @@ def test_errors_put_in_are_found_where_they_are(exact):
     assert figures["stated_bound_share"] == pytest.approx(2.0 / 3.0)
 
 
+def test_the_way_under_a_tip_force_is_judged_by_itself(exact):
+    rod = rodmodel.load("double-helix")
+    loaded = exact.isel(state=[3])
+    without = loaded.copy(deep=True)
+    without["tip_force"][:] = 0.0
+    (pressure,), (gravity,) = (loaded[name].values for name in ("pressure", "gravity"))
+    without["tip_position"][0] = np.asarray(rod.solve(pressure, gravity=gravity).tip_position)
+    way = loaded["tip_position"].values - without["tip_position"].values
+    # A tenth farther in truth than by the rod.
+    loaded = loaded.assign(tip_position=loaded["tip_position"] + 0.1 * way)
+    figures = judgement(compare_with_truth(xr.concat([without, loaded], "state")), "judge")
+    assert figures["response_percent"]["worst"] == pytest.approx(100.0 * 0.1 / 1.1, abs=0.01)
+    assert "response_percent" not in judgement(compare_with_truth(exact), "judge")
+
+
 def test_the_command_writes_the_ends_into_files(known_cell, tmp_path, capsys):
     truth, file = tmp_path / "truth.nc", tmp_path / "calibration.json"
     truth_of().to_netcdf(truth, engine="h5netcdf")

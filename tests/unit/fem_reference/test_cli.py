@@ -41,6 +41,16 @@ def test_json_is_one_object_with_the_agreed_keys_and_the_vtk_file_opens(tmp_path
     np.testing.assert_allclose(np.hypot(*rest[threads, :2].T), 5.6, atol=1e-6)
 
 
+def test_ends_that_give_let_the_silicone_slide_and_bend_less(capsys):
+    held, sliding = (
+        main([*QUICK, "--json", *more]) or json.loads(capsys.readouterr().out)
+        for more in ([], ["--end-compliance-mm-per-n", "0.23"])
+    )
+    assert held["stretch"] == pytest.approx(1.0, abs=1e-9)
+    assert 1.0 < sliding["stretch"] < 1.01
+    assert sliding["bending_angle_deg"] < held["bending_angle_deg"]
+
+
 def test_the_imposed_curvature_is_taken(capsys):
     assert main(["cell", "--pressure-kpa", "0", "0", "0", "--curvature-per-m", "0", "-1", "0", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
@@ -81,6 +91,7 @@ def test_every_layout_is_taken_and_drawn(layout, lines, tmp_path, capsys):
         ([*QUICK[1:], "--layout", "ring", "--spacing-mm", "few"], "--spacing-mm", "'few'"),
         ([*QUICK[1:], "--layout", "six-helix", "--pitch-mm", "0.5"], "--pitch-mm", "0.5 mm"),
         ([*QUICK[1:], "--elements", "huge"], "--elements", "'huge'"),
+        ([*QUICK[1:], "--end-compliance-mm-per-n", "-0.2"], "--end-compliance-mm-per-n", "-0.0002"),
         ([*QUICK[1:], "--vtk", "no/such/folder/cell.vtu"], "--vtk", "no/such/folder"),
         ([*QUICK[1:], "--moment-nmm", "0", "1", "0", "--curvature-per-m", "0", "1", "0"], "moment", "both"),
     ],

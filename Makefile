@@ -11,17 +11,18 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check
 run: setup
 	$(BIN)/python examples/01_predict.py
 
-# From what ships: the files with numbers above 00, which makes the finite-element points of the figures.
-EXAMPLES := $(filter-out %/00_cell_points.py,$(wildcard examples/[0-9]*.py))
+# From what ships: the files with numbers above 00, which make the finite-element points of the figures.
+EXAMPLES := $(filter-out examples/00_%,$(wildcard examples/[0-9]*.py))
 
 examples: setup
 	@set -e; for script in $(EXAMPLES); do echo "== $$script"; $(BIN)/python $$script; done
 
-# The points anew, from the finite elements: ten minutes. They take the place of those that ship once all are
+# The points anew, from the finite elements: half an hour. They take the place of those that ship once all are
 # there; a run that was stopped goes on.
 examples-full: setup
 	$(BIN)/python examples/00_cell_points.py build/cell_points.json
-	mv build/cell_points.json examples/data/cell_points.json
+	$(BIN)/python examples/00_moment_points.py build/moment_points.json
+	mv build/cell_points.json build/moment_points.json examples/data/
 	$(MAKE) examples
 
 # gmsh's wheel links against X and GL libraries of the system. Prediction needs none of them, so their absence is

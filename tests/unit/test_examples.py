@@ -135,3 +135,26 @@ def test_00_cell_points_keeps_what_it_has_and_follows_what_it_lacks(tmp_path: Pa
     assert held["ring"]["pressure_kpa"] == [5.0, 10.0]
     assert 4.0 < held["ring"]["angle_deg"][0] < held["ring"]["angle_deg"][1] < 12.0
     assert "2 paths in" in told
+
+
+def test_00_moment_points_go_both_ways_from_the_free_state(tmp_path: Path) -> None:
+    """Without pressure, with the stiffness that the section has at rest, one way and the other."""
+    file = tmp_path / "points.json"
+    names = [f"double-helix-chamber1-0-{way}" for way in ("on", "back")]
+    run_example("00_moment_points.py", str(file), "--only", *names)
+    on, back = (json.loads(file.read_text())[name] for name in names)
+    assert on["moment_nmm"] == pytest.approx([0.0, 0.6, 1.2, 1.8, 2.4, 3.0], abs=1e-6)
+    assert back["moment_nmm"] == pytest.approx([-m for m in on["moment_nmm"]], abs=1e-6)
+    assert on["curvature_per_m"] == sorted(on["curvature_per_m"])
+    # EI is 2.4e-4 to 2.5e-4 N m² at rest.
+    assert on["curvature_per_m"][1] == pytest.approx(0.6e-3 / 2.45e-4, rel=0.05)
+    assert back["curvature_per_m"][1] == pytest.approx(-on["curvature_per_m"][1], rel=0.05)
+
+
+def test_10_moment_curvature_errs_by_less_than_held_out_states_do(tmp_path: Path) -> None:
+    drawn = tmp_path / "maps.png"
+    rows = run_example("10_moment_curvature.py", str(drawn)).splitlines()[1:-1]
+    worst = max(float(c.error["loaded_bending_angle_rad"]["worst"]) for c in rodmodel.shipped_calibrations())
+    assert len(rows) == 12
+    assert max(float(row.split()[-3]) for row in rows) < np.degrees(worst)
+    assert drawn.read_bytes().startswith(b"\x89PNG")

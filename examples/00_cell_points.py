@@ -11,14 +11,12 @@ every chamber at every orientation in those steps.
 The silicone slides as it does in the sweeps of calibrations.
 """
 
-import argparse
-import json
 import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.progress import track
+from points_file import arguments, complete
 
 from calibration.run import END_COMPLIANCE
 from fem_reference import CellError, Load, PeriodCell, follow, layout
@@ -88,23 +86,12 @@ def trace(path: Path_, level: str, last_kpa: float) -> dict[str, Any]:
 
 def main() -> None:
     """Follow what the file lacks."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("file", nargs="?", type=Path, default=FILE)
-    parser.add_argument("--only", nargs="+", metavar="NAME", help="paths to follow")
-    parser.add_argument("--elements", default="coarse", help="mesh level (default: %(default)s)")
+    parser = arguments(__doc__, FILE)
     parser.add_argument(
         "--last-kpa", type=float, default=70.0, help="largest pressure (default: %(default)s)"
     )
     options = parser.parse_args()
-    held = json.loads(options.file.read_text()) if options.file.exists() else {}
-    wanted = [p for p in paths() if p[0] not in held and (options.only is None or p[0] in options.only)]
-    for path in track(wanted, "paths of the cell"):
-        held[path[0]] = trace(path, options.elements, options.last_kpa)
-        options.file.parent.mkdir(parents=True, exist_ok=True)
-        partial = options.file.with_suffix(".part")
-        partial.write_text(json.dumps(held, indent=1) + "\n")
-        partial.replace(options.file)
-    print(f"{len(held)} paths in {options.file}")
+    complete(options, paths(), lambda path: trace(path, options.elements, options.last_kpa))
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ EXAMPLES := $(filter-out examples/00_%,$(wildcard examples/[0-9]*.py))
 examples: setup
 	@set -e; for script in $(EXAMPLES); do echo "== $$script"; $(BIN)/python $$script; done
 
-# The points anew, from the finite elements: half an hour. They take the place of those that ship once all are
+# The points anew, from the finite elements: some tens of minutes. They take the place of those that ship once all are
 # there; a run that was stopped goes on.
 examples-full: setup
 	$(BIN)/python examples/00_cell_points.py build/cell_points.json

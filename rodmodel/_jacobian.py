@@ -48,7 +48,7 @@ class Jacobian(eqx.Module):
 
 
 def turn_change(rotation: Float[Array, "3 3"], change: Float[Array, "3 3 m"]) -> Float[Array, "3 m"]:
-    """Turns ω with δR = ω̂ R, of changes of a rotation."""
-    skew = jnp.einsum("ijm,kj->ikm", change, rotation)
+    """Turns ω with δR = ω̂ R, of changes of a rotation; in sums, so that it can be in a kernel."""
+    skew = jnp.sum(change[:, None] * rotation[None, :, :, None], axis=2)
     skew = 0.5 * (skew - jnp.swapaxes(skew, 0, 1))
     return jnp.stack([skew[2, 1], skew[0, 2], skew[1, 0]])

@@ -14,7 +14,6 @@ from rodmodel._loads import Loads, resultants
 from rodmodel._tip import Tip, solve_and_differentiate_tip, tip_of
 
 _LOADS = ("tip_force", "tip_moment", "gravity", "distributed_force")
-_TOLERANCE = 1e-7
 
 
 class Prediction(NamedTuple):
@@ -57,7 +56,7 @@ class Predictor:
     ----------
     rod : to be solved.
     loads : which loads the calls give, of `tip_force`, `tip_moment`, `gravity`, `distributed_force`.
-    solver : fixed steps.
+    solver : fixed steps; its tolerance is 1e-7 where it has none.
     batch : sizes of batches to compile at once.
     devices : over which batches are spread, each an equal part of the rows; the first alone by default.
 
@@ -71,7 +70,7 @@ class Predictor:
         self,
         rod: Any,
         loads: Sequence[str] = (),
-        solver: FixedStep = FixedStep(steps=8, tolerance=_TOLERANCE),  # noqa: B008 (frozen)
+        solver: FixedStep = FixedStep(),  # noqa: B008 (frozen)
         batch: Sequence[int] = (),
         devices: Sequence[Any] | None = None,
     ) -> None:

@@ -14,6 +14,7 @@ from rodmodel._components import Quaternion, screw_by, solve, triple, turn_by
 from rodmodel._ends import base_turn, cap_centre, product, tip_offset
 from rodmodel._equilibria import FixedStep
 from rodmodel._follow import CONVERGED, follow
+from rodmodel._jacobian import turn_change
 from rodmodel._loads import Resultants, mounted
 from rodmodel._march import march
 from rodmodel._rotation import rotation_of
@@ -100,7 +101,7 @@ def free_tip(section: SectionLaw, actuator: Actuator, pressure: Float[Array, "3"
     angle, plane = bending(tangents if mount is None else product(mount, tangents.T).T, end)
     good = jnp.all(jnp.isfinite(position))
     tip = Tip(position, rotation, angle, plane, length * free, good, good)
-    return tip, TipChange(shifts, _turn_of(rotation, turns))
+    return tip, TipChange(shifts, turn_change(rotation, turns))
 
 
 def _arc_tangents(turn: Float[Array, "3"]) -> Float[Array, "n 3"]:
@@ -108,14 +109,8 @@ def _arc_tangents(turn: Float[Array, "3"]) -> Float[Array, "n 3"]:
     part = jnp.asarray(np.linspace(0.0, 1.0, ARC_SAMPLES), turn.dtype)
     one, none = jnp.ones_like(part), jnp.zeros_like(part)
     parts = (part * turn[0], part * turn[1], part * turn[2])
-    w, x, y, z = turn_by((one, none, none, none), parts)
-    return jnp.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=1)
-
-
-def _turn_of(rotation: Float[Array, "3 3"], change: Float[Array, "3 3 n"]) -> Float[Array, "3 n"]:
-    """Small turns of changes of a frame, δR = (turn × R)."""
-    skew = jnp.sum(change[:, None] * rotation[None, :, :, None], axis=2)
-    return jnp.stack([skew[2, 1], skew[0, 2], skew[1, 0]])
+    quaternions = jnp.stack(turn_by((one, none, none, none), parts), axis=1)
+    return jax.vmap(rotation_of)(quaternions)[:, :, 2]
 
 
 def tip_of(
@@ -185,7 +180,7 @@ def _change_of(
     (position, rotation, imbalance), at = jax.jacfwd(tip, has_aux=True)(
         jnp.zeros(9 if by_force else 6, unknown.dtype)
     )
-    turn = _turn_of(at, rotation)
+    turn = turn_change(at, rotation)
     columns = triple(imbalance[:, 0]), triple(imbalance[:, 1]), triple(imbalance[:, 2])
     shifts = [jnp.stack(solve(columns, triple(imbalance[:, k]))) for k in range(3, imbalance.shape[1])]
     by_input = jnp.stack(shifts, axis=1)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import rodmodel
 from calibration.judge import Verdict, compare_with_truth, judgement
 from calibration.samples import on_loading_branch
 from calibration.truth import case_of
@@ -71,9 +72,12 @@ def test_the_rod_is_as_near_as_the_documentation_says(verdict: Verdict) -> None:
     assert judge["loaded_tip_percent"]["worst"] <= 3.5
     assert judge["angle_deg"]["worst"] <= 3.0
     assert judge["plane_deg"]["worst"] <= 2.0
-    # Ends that bend less also under a tip force would make the rod 17 % too stiff; there are none.
-    assert judge["response_percent"]["median"] <= 5.0
-    assert judge["response_percent"]["worst"] <= 10.0
+    # If the length that the base lags by did not bend under a tip force either, a cantilever's way would be
+    # 14 % less. Half of that tells the two apart.
+    actuator = rodmodel.load("double-helix").actuator
+    whole = actuator.body_length + actuator.cap_length
+    stiffer = 1.0 - (1.0 - actuator.base_lag / whole) ** 3
+    assert judge["response_percent"]["worst"] <= 50.0 * stiffer
     # Figures of docs/calibration.md.
     assert judge["tip_percent"]["worst"] == pytest.approx(2.26, abs=0.05)
     assert fit["tip_percent"]["median"] == pytest.approx(0.26, abs=0.05)

@@ -33,6 +33,7 @@ def state_record(state: ActuatorState) -> dict[str, Any]:
             "arc_length_mm": (_MM * shape.arc_length).tolist(),
             "position_mm": np.round(_MM * shape.positions, 6).tolist(),
             "curvature_per_m": np.round(shape.curvature, 6).tolist(),
+            "shear_mrad": np.round(1e3 * shape.shear, 6).tolist(),
         },
         "iterations": state.settled.iterations,
         "residual_n": state.settled.residual,

@@ -23,12 +23,15 @@ class AxisShape:
     arc_length : s [m]; positions : r(s) [m].
     rotations : R(s): third column the axis' tangent, twist that of the silicone's section.
     curvature : u(s) in the frame R(s) [1/m]: of the axis, and the sections' twist.
+    shear : turn about the first two directors, in the frame R(s) [rad], that takes the silicone's section to
+        the plane across the axis: what a rod without shear leaves out.
     """
 
     arc_length: Float[np.ndarray, " levels"]
     positions: Float[np.ndarray, "levels 3"]
     rotations: Float[np.ndarray, "levels 3 3"]
     curvature: Float[np.ndarray, "levels 3"]
+    shear: Float[np.ndarray, "levels 2"]
 
 
 def axis_shape(equations: ActuatorEquations, positions: Float[np.ndarray, "points 3"]) -> AxisShape:
@@ -40,6 +43,7 @@ def axis_shape(equations: ActuatorEquations, positions: Float[np.ndarray, "point
     centre, slope, curve = (basis.values(levels, order) @ controls for order in range(3))
     tangent = slope / np.linalg.norm(slope, axis=1)[:, None]
     rotations = np.empty((len(levels), 3, 3))
+    tilts = np.empty((len(levels), 3))
     for i in range(len(levels)):
         here = index == i
         arms = positions[:nodes][here] - centre[i]
@@ -48,12 +52,14 @@ def axis_shape(equations: ActuatorEquations, positions: Float[np.ndarray, "point
         tilt = np.cross(section[:, 2], tangent[i])
         sine = float(np.linalg.norm(tilt))
         angle = np.arctan2(sine, section[:, 2] @ tangent[i])
-        rotations[i] = Rotation.from_rotvec(tilt / max(sine, 1e-300) * angle).as_matrix() @ section
+        tilts[i] = tilt / max(sine, 1e-300) * angle
+        rotations[i] = Rotation.from_rotvec(tilts[i]).as_matrix() @ section
     bend = np.einsum("nji,nj->ni", rotations, np.cross(slope, curve))
     between = Rotation.from_matrix(np.swapaxes(rotations[:-1], 1, 2) @ rotations[1:]).as_rotvec()
     middle = 0.5 * (levels[1:] + levels[:-1])
     bend[:, 2] = np.interp(levels, middle, between[:, 2] / np.diff(levels))
-    return AxisShape(levels / _MM, centre / _MM, rotations, bend * _MM)
+    shear = np.einsum("nji,nj->ni", rotations, tilts)[:, :2]
+    return AxisShape(levels / _MM, centre / _MM, rotations, bend * _MM, shear)
 
 
 def bending(tangents: Float[np.ndarray, "n 3"], chord: Float[np.ndarray, "3"]) -> tuple[float, float]:

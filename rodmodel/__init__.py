@@ -9,6 +9,7 @@ from rodmodel._predictor import Predictor
 from rodmodel._record import CalibrationFileError
 from rodmodel._rod import Rod
 from rodmodel._solution import RESULTS, Solution
+from rodmodel._stack import stack
 from rodmodel.calibration_file import (
     Actuator,
     Calibration,
@@ -62,4 +63,5 @@ __all__ = [
     "read_calibration",
     "save_calibration",
     "shipped_calibrations",
+    "stack",
 ]

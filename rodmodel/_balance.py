@@ -61,7 +61,7 @@ class Equilibrium(eqx.Module):
 
     law: CurvatureLaw
     loads: Resultants
-    actuator: Actuator = eqx.field(static=True)
+    actuator: Actuator
     offset: Float[Array, "3"] | None = None
     """How far the cap lies beside the end of the body, in its frame [m]."""
 

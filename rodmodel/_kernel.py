@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -31,22 +32,23 @@ def one_kernel(function: Callable[..., Any], *arguments: Any) -> Any:
     ----------
     function : from pytrees of arrays of one floating-point type to a pytree of arrays of any type, whole
         numbers in which are exact in that type.
-    arguments : of the function.
+    arguments : of the function. Numbers among them are left as they are, as constants.
 
     Returns
     -------
     result : of the function.
     """
-    leaves, structure = jax.tree.flatten(arguments)
+    arrays, numbers = eqx.partition(arguments, eqx.is_array)
+    leaves, structure = jax.tree.flatten(arrays)
     dtype = jnp.result_type(*leaves)
     shapes = [jnp.shape(leaf) for leaf in leaves]
-    returned = jax.eval_shape(function, *arguments)
+    returned = eqx.filter_eval_shape(function, *arguments)
     answers, answer_structure = jax.tree.flatten(returned)
 
     # One array in and one out: XLA fails on calls within loops whose arguments share or skip buffers.
     def flat(values: Float[Array, " n"]) -> Float[Array, " m"]:
         parts = _unpack(values, shapes)
-        result = function(*jax.tree.unflatten(structure, parts))
+        result = function(*eqx.combine(jax.tree.unflatten(structure, parts), numbers))
         return _pack(jax.tree.leaves(result), dtype)
 
     compiled = jax.jit(flat, inline=False)

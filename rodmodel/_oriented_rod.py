@@ -23,9 +23,9 @@ class OrientedRod(eqx.Module):
     """
 
     section: OrientedNetwork
-    actuator: Actuator = eqx.field(static=True)
-    domain: Domain = eqx.field(static=True)
-    angle_error: float = eqx.field(static=True)
+    actuator: Actuator
+    domain: Domain
+    angle_error: float
 
     def at_psi(self, psi: Float[ArrayLike, ""]) -> Rod:
         """Rod of the winding at an orientation.

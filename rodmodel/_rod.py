@@ -41,9 +41,9 @@ class Rod(eqx.Module):
     """
 
     section: SectionLaw
-    actuator: Actuator = eqx.field(static=True)
-    domain: Domain = eqx.field(static=True)
-    angle_error: float = eqx.field(static=True)
+    actuator: Actuator
+    domain: Domain
+    angle_error: float
 
     def __hash__(self) -> int:
         """Hash of all but the arrays, which have none, so that `jax.jit(rod.solve)` works."""

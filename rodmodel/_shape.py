@@ -47,7 +47,7 @@ class Arc(Shape):
     """Constant curvature along the body."""
 
     base_curvature: Float[Array, "3"]
-    length: float = eqx.field(static=True)
+    length: float
 
     def pose(self, arc_length: Float[Array, ""]) -> tuple[Float[Array, "3"], Float[Array, "3 3"]]:
         """Position r(s) [m] and frame R(s), directors as columns; world frame."""
@@ -60,8 +60,8 @@ class Arc(Shape):
 
     def poses(self) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 3"]]:
         """Positions [m] and frames along the body, base to end, close enough to count the turns."""
-        samples = jnp.asarray(np.linspace(0.0, self.length, ARC_SAMPLES), self.base_curvature.dtype)
-        return jax.vmap(self.pose)(samples)
+        parts = jnp.asarray(np.linspace(0.0, 1.0, ARC_SAMPLES), self.base_curvature.dtype)
+        return jax.vmap(self.pose)(self.length * parts)
 
     def samples(self) -> tuple[Float[Array, " n"], Float[Array, "n 3"], Float[Array, " n"]]:
         """Arc lengths [m], curvatures [1/m] there, and the weights [m] that integrate over the body."""
@@ -89,7 +89,7 @@ class Stepped(Shape):
     positions: Float[Array, "nodes 3"]
     quaternions: Float[Array, "nodes 4"]
     node_curvatures: Float[Array, "nodes 3"]
-    length: float = eqx.field(static=True)
+    length: float
 
     def pose(self, arc_length: Float[Array, ""]) -> tuple[Float[Array, "3"], Float[Array, "3 3"]]:
         """Position r(s) [m] and frame R(s), directors as columns; world frame."""
@@ -114,8 +114,8 @@ class Stepped(Shape):
         """Arc lengths [m], curvatures [1/m] there, and the weights [m] that integrate over the body."""
         steps = self.positions.shape[0] - 1
         u = self.node_curvatures
-        s = np.linspace(0.0, self.length, steps + 1)
-        return jnp.asarray(s, u.dtype), u, jnp.asarray(self.length * integral_weights(steps), u.dtype)
+        parts = jnp.asarray(np.linspace(0.0, 1.0, steps + 1), u.dtype)
+        return self.length * parts, u, self.length * jnp.asarray(integral_weights(steps), u.dtype)
 
     def _place(self, s: Float[Array, ""]) -> tuple[Int[Array, ""], Float[Array, ""]]:
         """Node before a section, and the distance from it [m]."""

@@ -77,7 +77,7 @@ class Solution(eqx.Module):
     base_rotation: Float[Array, "3 3"] | None
     mount: Float[Array, "3 3"] | None
     tip_offset: Float[Array, "3"] | None
-    tip_length: float = eqx.field(static=True)
+    tip_length: float
 
     def centreline(self, arc_length: Numbers) -> Float[Array, "*s 3"]:
         """Position r(s) of the axis.

@@ -25,8 +25,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, final
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Bool, Float
@@ -89,8 +90,8 @@ class Layout:
         return -self.psi % self.symmetry
 
 
-@dataclass(frozen=True)
-class Actuator:
+@final
+class Actuator(eqx.Module):
     """Lengths [m], body diameter [m], mass of the body per length [kg/m] and mass of the cap [kg].
 
     Near base and cap, where the section cannot widen freely, the body bends less. The `stiff_tip` [m] before
@@ -121,8 +122,8 @@ class Actuator:
         return self.cap_length + self.stiff_tip
 
 
-@dataclass(frozen=True)
-class Domain:
+@final
+class Domain(eqx.Module):
     """Loads inside which the law was calibrated.
 
     Each chamber's pressure [Pa], the sum of the three [Pa], and the moment on a section: an ellipsoid with

@@ -63,7 +63,7 @@ def prepare(dataset: xr.Dataset, domain: Domain, length: float) -> Material:
     run = attributes(dataset)
     geometry = ActuatorGeometry(**run["geometry"])
     scales = Scales.of(domain, geometry.body_length, geometry.chamber_area)
-    steps = metric(train, length, run["pressure_step"], domain.moment_max / MOMENT_STEPS)
+    steps = metric(train, length, run["pressure_step"], float(domain.moment_max) / MOMENT_STEPS)
     return Material(train, held_out, steps, scales)
 
 

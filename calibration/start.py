@@ -33,7 +33,7 @@ class Scales:
     @classmethod
     def of(cls, domain: Domain, body_length: float, chamber_area: float) -> "Scales":
         """Scales for a domain, a body of a length [m], and chambers of an area [m²]."""
-        pressure = 0.4 * max(domain.pressure_max)
+        pressure = 0.4 * float(max(domain.pressure_max))
         return cls(pressure, math.pi / body_length, pressure * chamber_area, chamber_area)
 
 

@@ -71,7 +71,7 @@ def main(picture: Path) -> None:
         )
     noise = math.sqrt(2.0) * float(rods.angle_error) / float(at[JUDGED_KPA].mean())
     print(
-        f"The map errs by up to {math.degrees(rods.angle_error):.2f} deg in 95 % of states: by its error "
+        f"The map errs by up to {math.degrees(rods.angle_error):.2f} deg in 90 % of states: by its error "
         f"alone two angles differ by up to {100.0 * noise:.1f} % of their mean at {JUDGED_KPA:g} kPa."
     )
     points = json.loads(POINTS.read_text())

@@ -21,7 +21,7 @@ from rodmodel._components import (
 )
 from rodmodel._loads import Resultants
 from rodmodel.calibration_file import Actuator
-from rodmodel.section import CurvatureLaw, Expansion
+from rodmodel.section import CurvatureLaw
 
 
 class State(NamedTuple):
@@ -93,7 +93,8 @@ class Equilibrium(eqx.Module):
         δθ' = δu − u × δθ,   K δu' = −δu × m − u × K δu − e₃ × (Rᵀn × δθ + Rᵀδn) − δK u'
         """
         length = self.actuator.bending_length
-        section, u = self._section(state.turn), self._curvature(state.turn)
+        u = self._curvature(state.turn)
+        section = self.law.expand(u)
         force = into_body(state.quaternion, self._force(fraction, follower))
         flexibility = inverse(section.stiffness)
         slope = apply(flexibility, _torque(section.moment, u, force))
@@ -145,7 +146,7 @@ class Equilibrium(eqx.Module):
     ) -> tuple[tuple[Triple, ...], list[tuple[Triple, ...]]]:
         length, cap, loads = self.actuator.bending_length, self.actuator.tip_length, self.loads
         q = state.quaternion
-        section = self._section(state.turn)
+        inner, stiffness = self.law.linearise(self._curvature(state.turn))
         moment = into_body(q, triple(loads.end_moment))
         lever = into_body(q, triple(loads.lever))
         missing: tuple[Triple, ...] = ()
@@ -155,7 +156,7 @@ class Equilibrium(eqx.Module):
             lever = combine((1.0, lever), (cap, pulled))
             missing = (combine((1.0, pulled), (-1.0, triple(loads.follower_force))),)
         balance = combine(
-            (1.0, section.moment),
+            (1.0, inner),
             (-1.0, moment),
             (-1.0, triple(loads.follower_moment)),
             (-1.0, axis_cross(lever)),
@@ -180,7 +181,7 @@ class Equilibrium(eqx.Module):
                     dpush = None if dpush is None else combine((1.0, dpush), (1.0, body))
                 dmissing = (dpulled,)
             dbalance = combine(
-                (1.0 / length, apply(section.stiffness, variation.turn)),
+                (1.0 / length, apply(stiffness, variation.turn)),
                 (-1.0, cross(moment, turned)),
                 (-1.0, axis_cross(dlever)),
             )
@@ -223,9 +224,6 @@ class Equilibrium(eqx.Module):
 
     def _curvature(self, turn: Triple) -> Triple:
         return combine((1.0 / self.actuator.bending_length, turn))
-
-    def _section(self, turn: Triple) -> Expansion:
-        return self.law.expand(self._curvature(turn))
 
     def _force(self, fraction: Scalar, follower: Triple | None) -> Triple:
         """Force n(s) on a section [N], base frame."""

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from rodmodel._components import PAIRS, Scalar, Symmetric, Triple, apply, combine, dot, solve, triple
-from rodmodel.calibration_file import Domain
+from rodmodel.calibration_file import Domain, Number
 
 _MAX_STEPS = 200  # in a long valley, where a third pressure hardly moves the tip
 # Of Levenberg and Marquardt's term, against squares of derivatives near one: at first, least and most.
@@ -71,15 +71,23 @@ def boxes_of(domain: Domain) -> Box:
     """Four boxes, stacked: the faces of a domain without pressure in chamber 1, 2 or 3, and the whole domain.
 
     Each pressure is free, zero or at its largest, and the sum free or at its largest: at most 54 faces of
-    the whole, of which the empty ones are left out. Boxes with fewer repeat their last one.
+    the whole. Empty ones only cost time, and are left out where the domain is known. Boxes with fewer repeat
+    their last one.
     """
-    boxes = [_faces(domain, without) for without in (0, 1, 2, None)]
+    leaves = jax.tree.leaves(domain)
+    xp: Any = jnp if any(isinstance(leaf, jax.Array) for leaf in leaves) else np
+    upper = xp.stack(domain.pressure_max)
+    upper, total = upper / xp.max(upper), domain.pressure_sum_max / xp.max(upper)
+    boxes = []
+    for without in (0, 1, 2, None):
+        held = xp.where(xp.arange(3) == (-1 if without is None else without), 0.0, upper)
+        boxes.append((held, *_faces(xp, held, total, without)))
     most = max(len(points) for _, points, _ in boxes)
     # Which of its faces a box has at each of as many places.
     places = [np.minimum(np.arange(most), len(points) - 1) for _, points, _ in boxes]
     return Box(
         upper=jnp.asarray([upper for upper, _, _ in boxes], float),
-        total=jnp.full(len(boxes), domain.pressure_sum_max / max(domain.pressure_max), float),
+        total=jnp.full(len(boxes), total, float),
         points=jnp.asarray(
             [points[place] for (_, points, _), place in zip(boxes, places, strict=True)], float
         ),
@@ -89,39 +97,34 @@ def boxes_of(domain: Domain) -> Box:
     )
 
 
-def _faces(domain: Domain, without: int | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Largest pressures, points and directions of a domain, or of its face without one chamber's pressure."""
-    scale = max(domain.pressure_max)
-    upper = np.array(domain.pressure_max) / scale
-    if without is not None:
-        upper[without] = 0.0
-    total = domain.pressure_sum_max / scale
+def _faces(xp: Any, upper: Any, total: Any, without: int | None) -> tuple[Any, Any]:
+    """Points and directions of a domain's faces, or of the faces of one without one chamber's pressure."""
     points, directions = [], []
     for held in itertools.product(("free", "lower", "upper"), repeat=3):
         if without is not None and held[without] != "lower":
             continue
         free = np.array([state == "free" for state in held])
-        point = np.where([state == "upper" for state in held], upper, 0.0)
+        point = xp.where(np.array([state == "upper" for state in held]), upper, 0.0)
         left = total - point.sum()
-        if left >= 0.0:
+        if xp is jnp or left >= 0.0:
             points.append(point)
             directions.append(np.diag(free.astype(float)))
-        if free.any() and 0.0 <= left <= upper[free].sum():
-            points.append(np.where(free, left / free.sum(), point))
+        if free.any() and (xp is jnp or 0.0 <= left <= upper[free].sum()):
+            points.append(xp.where(free, left / free.sum(), point))
             # Orthonormal complement of (1, ..., 1) among the free ones.
             columns = np.linalg.svd(np.ones((1, free.sum())))[2][1:].T
             spanned = np.zeros((3, 3))
             spanned[free, : columns.shape[1]] = columns
             directions.append(spanned)
-    return upper, np.array(points), np.array(directions)
+    return xp.stack(points), np.array(directions)
 
 
 def least_squares(
     evaluate: Evaluate,
     start: Float[Array, "3"],
     box: Box,
-    enough: float,
-    worth: float | Float[Array, ""] = 0.0,
+    enough: Number,
+    worth: Number = 0.0,
     memory: Any = (),
 ) -> Fit:
     """Minimise the sum of squares of a residual over a box, by Levenberg and Marquardt's method.
@@ -147,7 +150,7 @@ def least_squares(
     """
     dtype = start.dtype
     epsilon = float(jnp.finfo(dtype).eps)
-    small, enough = epsilon**0.6, max(enough, epsilon**1.2)
+    small, enough = epsilon**0.6, jnp.maximum(enough, epsilon**1.2)
 
     def advance(progress: _Progress) -> _Progress:
         best, at, damping = progress.best, progress.at, progress.damping

@@ -17,7 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from rodmodel.calibration_file import Actuator
+from rodmodel.calibration_file import Actuator, Number
 
 _AZIMUTHS = 2.0 * np.pi / 3.0 * np.arange(3)
 _BENDING_AXES = np.stack([np.sin(_AZIMUTHS), -np.cos(_AZIMUTHS), np.zeros(3)], axis=1)
@@ -43,7 +43,7 @@ def tip_offset(actuator: Actuator, free_curvature: Float[Array, "3"]) -> Float[A
     return jnp.stack([-size * y, size * x, jnp.zeros_like(x)])
 
 
-def _is_zero(number: float) -> bool:
+def _is_zero(number: Number) -> bool:
     """Whether it is known to be zero: not of what is being traced, nor of a stack of rods."""
     return isinstance(number, float | int) and number == 0
 

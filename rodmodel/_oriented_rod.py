@@ -6,7 +6,7 @@ import equinox as eqx
 from jaxtyping import ArrayLike, Float
 
 from rodmodel._rod import Rod
-from rodmodel.calibration_file import Actuator, Domain
+from rodmodel.calibration_file import Actuator, Domain, Number
 from rodmodel.section import OrientedNetwork
 
 
@@ -25,7 +25,7 @@ class OrientedRod(eqx.Module):
     section: OrientedNetwork
     actuator: Actuator
     domain: Domain
-    angle_error: float
+    angle_error: Number
 
     def at_psi(self, psi: Float[ArrayLike, ""]) -> Rod:
         """Rod of the winding at an orientation.

@@ -34,7 +34,7 @@ def prediction_text(record: dict[str, Any]) -> str:
     if error is None:
         trust = "the moment in the rod is beyond the calibration: an extrapolation"
     else:
-        trust = f"95 % of held-out states within {error:.2g} deg of the FEM"
+        trust = f"90 % of states within {error:.2g} deg of the FEM"
     return "\n".join(
         [
             f"bending angle    {_row([record['bending_angle_deg']])} deg   ({trust})",

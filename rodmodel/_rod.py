@@ -20,7 +20,7 @@ from rodmodel._predictor import Predictor
 from rodmodel._rotation import screw
 from rodmodel._shape import Shape
 from rodmodel._solution import RESULTS, Numbers, Solution
-from rodmodel.calibration_file import Actuator, Domain
+from rodmodel.calibration_file import Actuator, Domain, Number
 from rodmodel.section import SectionLaw
 
 
@@ -43,7 +43,7 @@ class Rod(eqx.Module):
     section: SectionLaw
     actuator: Actuator
     domain: Domain
-    angle_error: float
+    angle_error: Number
 
     def __hash__(self) -> int:
         """Hash of all but the arrays, which have none, so that `jax.jit(rod.solve)` works."""
@@ -342,7 +342,9 @@ class Rod(eqx.Module):
         return -jax.jacfwd(potential)(pressure)
 
     def _messages(self) -> list[str]:
-        first, second, third = self.domain.pressure_max
+        limits = (*self.domain.pressure_max, self.domain.pressure_sum_max)
+        # Of a stack of rods, each has its own.
+        first, second, third, total = (f"{p:g}" if isinstance(p, float) else "its largest" for p in limits)
         flagged = "throw=False flags this in the solution instead"
         return [
             f"pressure: got a negative value or one that is not finite, expected 0 or more Pa; {flagged}",
@@ -351,8 +353,8 @@ class Rod(eqx.Module):
             "base_position or base_rotation: got a value that is not finite or no rotation matrix, "
             f"expected a pose; {flagged}",
             "pressure: got more than the calibration covers, "
-            f"expected at most {first:g}, {second:g}, {third:g} Pa in chambers 1, 2, 3 "
-            f"and {self.domain.pressure_sum_max:g} Pa in sum; throw=False extrapolates",
+            f"expected at most {first}, {second}, {third} Pa in chambers 1, 2, 3 "
+            f"and {total} Pa in sum; throw=False extrapolates",
             "solve: no equilibrium was found under the full load, expected a load that the rod can carry; "
             "throw=False returns the equilibrium at the largest fraction of it that was reached",
         ]

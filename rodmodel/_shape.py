@@ -12,6 +12,7 @@ from jaxtyping import Array, Float, Int
 from rodmodel._components import combine, cross, screw_by, triple
 from rodmodel._nodes import integral_weights, slope_matrix
 from rodmodel._rotation import rotation_of, screw
+from rodmodel.calibration_file import Number
 
 # Less than half a turn between two of them, up to eight turns.
 ARC_SAMPLES = 17
@@ -22,7 +23,7 @@ _GAUSS = (0.5 - np.sqrt(3.0) / 6.0, 0.5 + np.sqrt(3.0) / 6.0)
 class Shape(eqx.Module):
     """Pose and curvature along the body, and how to sum over it."""
 
-    length: eqx.AbstractVar[float]
+    length: eqx.AbstractVar[Number]
     """Of the body [m]."""
 
     @abc.abstractmethod
@@ -47,7 +48,7 @@ class Arc(Shape):
     """Constant curvature along the body."""
 
     base_curvature: Float[Array, "3"]
-    length: float
+    length: Number
 
     def pose(self, arc_length: Float[Array, ""]) -> tuple[Float[Array, "3"], Float[Array, "3 3"]]:
         """Position r(s) [m] and frame R(s), directors as columns; world frame."""
@@ -89,7 +90,7 @@ class Stepped(Shape):
     positions: Float[Array, "nodes 3"]
     quaternions: Float[Array, "nodes 4"]
     node_curvatures: Float[Array, "nodes 3"]
-    length: float
+    length: Number
 
     def pose(self, arc_length: Float[Array, ""]) -> tuple[Float[Array, "3"], Float[Array, "3 3"]]:
         """Position r(s) [m] and frame R(s), directors as columns; world frame."""

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from rodmodel._shape import Shape
+from rodmodel.calibration_file import Number
 
 
 class RESULTS(eqx.Enumeration):
@@ -77,7 +78,7 @@ class Solution(eqx.Module):
     base_rotation: Float[Array, "3 3"] | None
     mount: Float[Array, "3 3"] | None
     tip_offset: Float[Array, "3"] | None
-    tip_length: float
+    tip_length: Number
 
     def centreline(self, arc_length: Numbers) -> Float[Array, "*s 3"]:
         """Position r(s) of the axis.

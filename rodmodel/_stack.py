@@ -24,8 +24,8 @@ def stack(rods: Sequence[Rod]) -> Rod:
 
     Returns
     -------
-    rods : of which only `solve` and `jacobian`, under `jax.vmap`, make sense. Each solves as it did alone, to
-        rounding; what every one costs is that of the one with the most ridges.
+    rods : whose `solve`, `jacobian` and `inverse` are for `jax.vmap`; a predictor is of one rod. Each solves
+        as it did alone, to rounding; what every one costs is that of the one with the most ridges.
 
     Raises
     ------

@@ -20,7 +20,7 @@ from rodmodel._march import march
 from rodmodel._rotation import rotation_of
 from rodmodel._shape import ARC_SAMPLES
 from rodmodel.calibration_file import Actuator
-from rodmodel.section import CurvatureLaw, SectionLaw
+from rodmodel.section import CurvatureLaw, LawNearby, SectionLaw
 
 _TOLERANCE = 1e-7
 
@@ -158,10 +158,11 @@ def _change_of(
 
     With x the unknowns, θ the inputs, y the tip and e(x, θ) = 0: dy/dθ = y_θ − y_x e_x⁻¹ e_θ.
     """
+    slopes = jax.vmap(law_change)(jnp.eye(3, dtype=unknown.dtype))
 
     def tip(change: Any) -> Any:
         by_pressure, force = change[3:6], change[6:]
-        moved_law = jax.tree.map(jnp.add, law, law_change(by_pressure))
+        moved_law = LawNearby(law, slopes, by_pressure)
         pushed = loads
         if by_force:
             pushed = loads._replace(

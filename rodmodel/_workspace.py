@@ -95,7 +95,7 @@ def _face(domain: Domain, without: int, count: int) -> np.ndarray:
     angle = np.linspace(0.0, 0.5 * np.pi, rays)
     ways = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     # The rays pass through the corners of the far side too.
-    corners = [(first, min(second, total - first)), (min(first, total - second), second)]
+    corners = np.array([(first, min(second, total - first)), (min(first, total - second), second)])
     ways = np.concatenate([ways, corners / np.linalg.norm(corners, axis=1)[:, None]])
     with np.errstate(divide="ignore"):
         reach = np.min([first / ways[:, 0], second / ways[:, 1], total / ways.sum(axis=1)], axis=0)

@@ -61,6 +61,8 @@ _ENDS = {
 _SLACK = 1.0 + 1e-6
 _SAME = 1e-9  # but for the rounding of a change of units [rad]
 
+#: Of one rod; an array where rods are stacked or differentiated by it.
+Number = float | Float[Array, ""]
 FileLaw = FreeStateExpansion | OrientedNetwork | RidgeNetwork
 
 
@@ -100,24 +102,24 @@ class Actuator(eqx.Module):
     that at the `tip_offset_curvature` [1/m]: see [`rodmodel._ends`][].
     """
 
-    body_length: float
-    cap_length: float
-    body_diameter: float
-    mass_per_length: float
-    cap_mass: float
-    stiff_tip: float = 0.0
-    base_turn: float = 0.0
-    base_lag: float = 0.0
-    tip_offset: float = 0.0
-    tip_offset_curvature: float = 1.0
+    body_length: Number
+    cap_length: Number
+    body_diameter: Number
+    mass_per_length: Number
+    cap_mass: Number
+    stiff_tip: Number = 0.0
+    base_turn: Number = 0.0
+    base_lag: Number = 0.0
+    tip_offset: Number = 0.0
+    tip_offset_curvature: Number = 1.0
 
     @property
-    def bending_length(self) -> float:
+    def bending_length(self) -> Number:
         """Length of the body up to its stiff end [m]."""
         return self.body_length - self.stiff_tip
 
     @property
-    def tip_length(self) -> float:
+    def tip_length(self) -> Number:
         """From where the body ends to bend to the cap's outer face [m]."""
         return self.cap_length + self.stiff_tip
 
@@ -130,13 +132,13 @@ class Domain(eqx.Module):
     the largest bending moment and the largest torque [N m] as half axes, or a ball where no torque is given.
     """
 
-    pressure_max: tuple[float, float, float]
-    pressure_sum_max: float
-    moment_max: float
-    torque_max: float | None = None
+    pressure_max: tuple[Number, Number, Number]
+    pressure_sum_max: Number
+    moment_max: Number
+    torque_max: Number | None = None
 
     @property
-    def moment_axes(self) -> tuple[float, float, float]:
+    def moment_axes(self) -> tuple[Number, Number, Number]:
         """Half axes of the ellipsoid of moments, body frame [N m]."""
         torque = self.moment_max if self.torque_max is None else self.torque_max
         return self.moment_max, self.moment_max, torque

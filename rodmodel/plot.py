@@ -70,7 +70,7 @@ def _pose(pressure: np.ndarray, largest: float, solution: Solution, actuator: Ac
         centre=1e3 * np.asarray(solution.centreline(arc_length)),
         frames=np.asarray(solution.frames(arc_length)),
         in_cap=arc_length[:-1] > actuator.body_length - 1e-9,
-        radius=0.5e3 * actuator.body_diameter,
+        radius=float(0.5e3 * actuator.body_diameter),
         pressure_kpa=1e-3 * pressure,
         shade=pressure / largest,
         angle_deg=float(np.degrees(solution.bending_angle)),

@@ -3,6 +3,7 @@
 from rodmodel.section._free_state_expansion import FreeStateExpansion
 from rodmodel.section._law import CurvatureLaw, Expansion, SectionLaw
 from rodmodel.section._linear import LinearLaw
+from rodmodel.section._nearby import LawNearby
 from rodmodel.section._oriented_network import OrientedNetwork
 from rodmodel.section._quartic import QuarticLaw
 from rodmodel.section._ridge_network import SYMMETRIES, RidgeNetwork
@@ -15,6 +16,7 @@ __all__ = [
     "CurvatureLaw",
     "Expansion",
     "FreeStateExpansion",
+    "LawNearby",
     "LinearLaw",
     "MirroredLaw",
     "OrientedNetwork",

@@ -62,6 +62,16 @@ class CurvatureLaw(eqx.Module):
         """Moment and stiffness alone, as `expand` gives them."""
         return self.expand(curvature)[:2]
 
+    def slopes_by(self, curvature: Triple, change: "CurvatureLaw") -> Float[Array, "9"]:
+        """Change of the moment and of the stiffness' entries at a curvature, as the law's leaves change."""
+
+        def section(law: CurvatureLaw) -> Float[Array, "9"]:
+            moment, stiffness = law.linearise(curvature)
+            return jnp.stack([*moment, *stiffness])
+
+        found: Float[Array, 9] = jax.jvp(section, (self,), (change,))[1]
+        return found
+
     def seen_in(self, axes: np.ndarray) -> "CurvatureLaw":
         """Law of curvatures u whose components in this law's axes are Q u, Q orthogonal: Π(Q u)."""
         # Imported here: a law in other axes is a law.

@@ -2,17 +2,17 @@
 
 import functools
 import operator
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, final
+from typing import Any, cast, final
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.custom_derivatives import SymbolicZero
 from jaxtyping import Array, Float
 
-from rodmodel._components import Symmetric, Triple, apply, combine, dot, inverse, solve, triple
+from rodmodel._components import Symmetric, Triple, apply, combine, dot, inverse, triple
 from rodmodel._kernel import one_kernel
 from rodmodel.section._law import PAIRS, TRIPLES, CurvatureLaw, Expansion
 
@@ -139,22 +139,22 @@ class RidgeLaw(CurvatureLaw):
 
         Derivatives follow from the implicit function theorem. Where no root is found, it is not a number.
         """
+        return replace(self, free_curvature=self.curvature_scale * _root_of(self))
 
-        def imbalance(x: Array) -> Array:
-            return jnp.stack(self._balance(triple(x), self._slopes(triple(x))[0]))
+    def balance(self, x: Float[Array, "3"]) -> Float[Array, "3"]:
+        """Moment over E/u_s at x = u/u_s."""
+        return jnp.stack(self._balance(triple(x), self._slopes(triple(x))[0]))
 
-        def newton(_: object, start: Array) -> Array:
-            return one_kernel(RidgeLaw._root, self, start)
-
-        def tangent_solve(linear: Callable[[Array], Array], right: Array) -> Array:
-            columns = jax.jacobian(linear)(0.0 * start).T
-            return jnp.stack(
-                solve((triple(columns[0]), triple(columns[1]), triple(columns[2])), triple(right))
-            )
-
-        start = self.free_curvature / self.curvature_scale
-        root = jax.lax.custom_root(imbalance, start, newton, tangent_solve)
-        return replace(self, free_curvature=root * self.curvature_scale)
+    def slopes_by(self, curvature: Triple, change: CurvatureLaw) -> Float[Array, "9"]:
+        """See `CurvatureLaw.slopes_by`: of a law of ridges, pressures change the offsets alone."""
+        x = combine((1.0 / self.curvature_scale, curvature))
+        _, bend, jerk = self._slopes(x)
+        first = self.energy_scale / self.curvature_scale
+        offsets = cast(RidgeLaw, change).offsets
+        moment = first * weighted_sum(bend * offsets, self.directions)
+        return jnp.concatenate(
+            [moment, first / self.curvature_scale * weighted_sum(jerk * offsets, self.pairs)]
+        )
 
     def _root(self, start: Float[Array, "3"]) -> Float[Array, "3"]:
         """Newton's method for no moment, steps limited; x = u/u_s."""
@@ -172,6 +172,34 @@ class RidgeLaw(CurvatureLaw):
         x, change, _ = jax.lax.while_loop(unfinished, advance, (start, start + jnp.inf, jnp.array(0)))
         limit = jnp.sqrt(jnp.asarray(jnp.finfo(start.dtype).eps, start.dtype))
         return jnp.where(jnp.max(jnp.abs(change)) <= limit, x, jnp.nan)
+
+
+@jax.custom_jvp
+def _root_of(law: RidgeLaw) -> Float[Array, "3"]:
+    """Root of the moment near the law's free curvature; x = u/u_s."""
+    return one_kernel(RidgeLaw._root, law, law.free_curvature / law.curvature_scale)
+
+
+def _root_jvp(primals: tuple[RidgeLaw], tangents: tuple[RidgeLaw]) -> tuple[Array, Array]:
+    """By the implicit function theorem; what does not change takes no part in it."""
+    (law,), (change,) = primals, tangents
+    root = _root_of(law)
+    leaves, structure = jax.tree.flatten(law)
+    dots = jax.tree.leaves(change, is_leaf=lambda x: isinstance(x, SymbolicZero))
+    moving = [k for k, dot in enumerate(dots) if not isinstance(dot, SymbolicZero)]
+
+    def balance(parts: list[Array]) -> Array:
+        moved = list(leaves)
+        for k, part in zip(moving, parts, strict=True):
+            moved[k] = part
+        return jax.tree.unflatten(structure, moved).balance(root)
+
+    moved = jax.jvp(balance, ([leaves[k] for k in moving],), ([dots[k] for k in moving],))[1]
+    flexibility = inverse(law._tangent(law._slopes(triple(root))[1]))
+    return root, -jnp.stack(apply(flexibility, triple(moved)))
+
+
+_root_of.defjvp(_root_jvp, symbolic_zeros=True)
 
 
 def ridge(z: Any) -> Any:

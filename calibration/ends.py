@@ -110,6 +110,34 @@ def fit_compliance(truth: xr.Dataset, body_length: float, trial: float) -> Compl
     )
 
 
+def fit_shear(truth: xr.Dataset) -> tuple[float, float]:
+    """Fit how far sections lean against the axis under a force across them, to loaded states of ``fit`` runs.
+
+    Parameters
+    ----------
+    truth : of `gather`.
+
+    Returns
+    -------
+    compliance, standard_error : [1/N].
+
+    Raises
+    ------
+    TruthError
+        Where the truth has no such state with the sections' frames.
+    """
+    forced = truth["tip_force"].values.any(axis=1) & np.isfinite(truth["middle_shear"].values).all(axis=1)
+    chosen = truth.isel(state=np.flatnonzero(forced & (truth["role"].values == "fit")))
+    if chosen.sizes["state"] == 0:
+        raise TruthError(
+            "truth: got no state of a fit run with a tip force, expected one that tells the shear"
+        )
+    force, lean = chosen["middle_force"].values.ravel(), chosen["middle_shear"].values.ravel()
+    value = float(force @ lean / (force @ force))
+    left = lean - value * force
+    return value, float(np.sqrt(left @ left / (len(force) - 1) / (force @ force)))
+
+
 def fit_ends(truth: xr.Dataset, body_length: float, cap_length: float, compliance: float) -> Ends:
     """Fit what the ends do to the unloaded states of the ``fit`` runs.
 

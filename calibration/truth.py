@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from jaxtyping import Bool
+from scipy.spatial.transform import Rotation
 
 from calibration.provenance import code_version, today
 from calibration.samples import on_loading_branch
 from calibration.truth_cases import TruthCase, cases
-from fem_reference import Actuator, ActuatorRun, ActuatorState, MeshLevel, load_record
+from fem_reference import Actuator, ActuatorGeometry, ActuatorRun, ActuatorState, MeshLevel, load_record
 
 # name in the dataset, key of the record, dims beside "state", unit, factor to that unit
 _VARIABLES: tuple[tuple[str, str, tuple[str, ...], str, float], ...] = (
@@ -113,6 +114,9 @@ def gather(directory: Path, chosen: Sequence[TruthCase] | None = None) -> xr.Dat
     }
     axis = [_at_stations(record["axis"]) for _, record in rows]
     middle = [_middle_curvature(record["axis"]) for _, record in rows]
+    lean = np.array([_middle_lean(record) for _, record in rows])
+    data["middle_shear"] = (("state", "across"), lean[:, 0], {"units": "rad"})
+    data["middle_force"] = (("state", "across"), lean[:, 1], {"units": "N"})
     data["middle_curvature"] = (("state", "axis"), np.array(middle), {"units": "1/m"})
     data["axis_position"] = (("state", "station", "axis"), np.array(axis), {"units": "m"})
     stable = [-1 if record["stable"] is None else int(record["stable"]) for _, record in rows]
@@ -144,7 +148,14 @@ def load_truth(file: Path) -> xr.Dataset:
         raise TruthError(
             f"truth: cannot read {file} as netCDF ({error}); expected a file of `truth --gather`"
         ) from error
-    missing = {"case", "role", "stable", "middle_curvature", *(name for name, *_ in _VARIABLES)} - set(truth)
+    missing = {
+        "case",
+        "role",
+        "stable",
+        "middle_curvature",
+        "middle_shear",
+        *(name for name, *_ in _VARIABLES),
+    } - set(truth)
     if missing:
         raise TruthError(
             f"truth: {file} lacks {', '.join(sorted(map(str, missing)))}; expected a file of `truth --gather`"
@@ -163,6 +174,32 @@ def _middle_curvature(axis: dict[str, Any]) -> np.ndarray:
     length = 1e-3 * np.array(axis["arc_length_mm"])
     inside = (length >= MIDDLE[0] - 1e-9) & (length <= MIDDLE[1] + 1e-9)
     mean: np.ndarray = np.array(axis["curvature_per_m"])[inside].mean(axis=0)
+    return mean
+
+
+def _middle_lean(record: dict[str, Any]) -> np.ndarray:
+    """How far sections lean against the axis along d₁ and d₂ [rad], and the force along these [N].
+
+    Means over the middle of the body; NaN of records that do not tell the sections' frames.
+    """
+    axis, geometry = record["axis"], ActuatorGeometry()
+    if "turn_rad" not in axis:
+        return np.full((2, 2), np.nan)
+    length = 1e-3 * np.array(axis["arc_length_mm"])
+    inside = (length >= MIDDLE[0] - 1e-9) & (length <= MIDDLE[1] + 1e-9)
+    # Silicone and rod are of one density: the weight goes by the volumes.
+    whole = np.pi / 4.0 * geometry.body_diameter**2
+    body, cap = whole - 3.0 * geometry.chamber_area, whole * geometry.cap_length
+    above = cap + body * (geometry.body_length - length[inside])
+    force = np.array(record["tip_force_n"])
+    weight = -np.array(record["base_force_n"]) - force
+    forces = force + np.outer(above / (cap + body * geometry.body_length), weight)
+    turns = Rotation.from_rotvec(np.array(axis["turn_rad"])[inside])
+    lean = 1e-3 * np.array(axis["shear_mrad"])[inside]
+    # The turn about d₂ is along d₁, that about d₁ against d₂.
+    mean: np.ndarray = np.array(
+        [lean[:, ::-1].mean(axis=0) * [1.0, -1.0], turns.inv().apply(forces)[:, :2].mean(axis=0)]
+    )
     return mean
 
 

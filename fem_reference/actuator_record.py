@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from fem_reference.actuator import ActuatorState
 from fem_reference.actuator_load import ActuatorLoad
@@ -33,6 +34,7 @@ def state_record(state: ActuatorState) -> dict[str, Any]:
             "arc_length_mm": (_MM * shape.arc_length).tolist(),
             "position_mm": np.round(_MM * shape.positions, 6).tolist(),
             "curvature_per_m": np.round(shape.curvature, 6).tolist(),
+            "turn_rad": np.round(Rotation.from_matrix(shape.rotations).as_rotvec(), 9).tolist(),
             "shear_mrad": np.round(1e3 * shape.shear, 6).tolist(),
         },
         "iterations": state.settled.iterations,

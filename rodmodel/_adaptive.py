@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from rodmodel._balance import Equilibrium, State
-from rodmodel._components import triple
+from rodmodel._components import into_body, triple
 from rodmodel._follow import Reached, eliminate, scaled, shooting_jacobian
 from rodmodel._kernel import one_kernel
 from rodmodel._lie_solver import MuntheKaas
@@ -101,13 +101,17 @@ def integrate(
     imbalance : at the end.
     """
     follower = triple(unknown[3:]) if equilibrium.unknowns == 6 else None
-    ahead = jnp.array([0.0, 0.0, 1.0, 0.0], unknown.dtype)
+    straight = jnp.array([0.0, 0.0, 1.0, 0.0], unknown.dtype)
 
     def rate(fraction: Any, state: Array, equilibrium: Equilibrium) -> Array:
         quaternion, turn = state[3:7], triple(state[7:])
         w, x, y, z = quaternion
         here = State((w, x, y, z), turn)
         fraction = jnp.asarray(fraction, state.dtype)
+        ahead = straight
+        if equilibrium.shear is not None:
+            x, y, _ = into_body(here.quaternion, equilibrium.drift(fraction, here.quaternion, follower))
+            ahead = jnp.stack([x, y, *straight[2:]])
         return jnp.concatenate([ahead, state[7:], jnp.stack(equilibrium.turn_rate(fraction, here, follower))])
 
     base = jnp.asarray([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], unknown.dtype)

@@ -17,10 +17,12 @@ from rodmodel._components import (
     cross,
     into_body,
     inverse,
+    out_of_body,
     triple,
 )
+from rodmodel._ends import is_zero
 from rodmodel._loads import Resultants
-from rodmodel.calibration_file import Actuator
+from rodmodel.calibration_file import Actuator, Number
 from rodmodel.section import CurvatureLaw
 
 
@@ -50,13 +52,17 @@ class Equilibrium(eqx.Module):
 
         m = Rᵀ M + M_f + e₃ × Rᵀ(lever) + o × Rᵀ C
 
-    with M the dead and M_f the follower moment, and C the force on a cap that lies aside by o. A follower
+    with M the dead and M_f the follower moment, and C the force on a cap that lies aside by o.
+
+    Where sections shear, with f = Rᵀn and c the compliance, r' = R (e₃ + Γ), Γ = c (f₁, f₂, 0), so that the
+    force turns the section by r' × n = R (1 − c f₃) e₃ × f. Positions enter no condition. A follower
     force R(L) F_f is a dead force P that is not known beforehand: P joins the unknowns, and R(L)ᵀ P = F_f
     the conditions at the end.
 
     References
     ----------
-    Antman (2005), Nonlinear Problems of Elasticity, ch. 8, for the balances of force and moment.
+    Antman (2005), Nonlinear Problems of Elasticity, ch. 8, for the balances of force and moment; Reissner
+    (1972), Z. angew. Math. Phys. 23, 795, for the shear.
     """
 
     law: CurvatureLaw
@@ -70,13 +76,24 @@ class Equilibrium(eqx.Module):
         """How many there are: u L at the base, and the follower force in the base frame."""
         return 3 if self.loads.follower_force is None else 6
 
+    @property
+    def shear(self) -> Number | None:
+        """Compliance of the sections in shear [1/N]; None where they do not shear."""
+        return None if is_zero(self.actuator.shear_compliance) else self.actuator.shear_compliance
+
+    def drift(self, fraction: Scalar, quaternion: Quaternion, follower: Triple | None) -> Triple:
+        """What shear adds to r', base frame: c times the force across the section."""
+        force = into_body(quaternion, self._force(fraction, follower))
+        across = out_of_body(quaternion, (force[0], force[1], jnp.zeros_like(force[2])))
+        return combine((self.actuator.shear_compliance, across))
+
     @eqx.filter_jit
     def turn_rate(self, fraction: Scalar, state: State, follower: Triple | None) -> Triple:
         """Derivative of u L by s/L at the fraction s/L of the body, under a follower force [N]."""
         u = self._curvature(state.turn)
         moment, stiffness = self.law.linearise(u)
         force = into_body(state.quaternion, self._force(fraction, follower))
-        torque = _torque(moment, u, force)
+        torque = _torque(moment, u, force, self.shear)
         return combine((self.actuator.bending_length**2, apply(inverse(stiffness), torque)))
 
     @eqx.filter_jit
@@ -97,7 +114,7 @@ class Equilibrium(eqx.Module):
         section = self.law.expand(u)
         force = into_body(state.quaternion, self._force(fraction, follower))
         flexibility = inverse(section.stiffness)
-        slope = apply(flexibility, _torque(section.moment, u, force))
+        slope = apply(flexibility, _torque(section.moment, u, force, self.shear))
         stiffening = None if section.third is None else contract(section.third, slope)
         rates = []
         for variation, follower_variation in zip(variations, follower_variations, strict=True):
@@ -110,6 +127,9 @@ class Equilibrium(eqx.Module):
                 (-1.0, cross(u, apply(section.stiffness, du))),
                 (-1.0, axis_cross(dforce)),
             )
+            if self.shear is not None:
+                softer, more = self.shear * force[2], self.shear * dforce[2]
+                dtorque = combine((1.0, dtorque), (softer, axis_cross(dforce)), (more, axis_cross(force)))
             if stiffening is not None:
                 dtorque = combine((1.0, dtorque), (-1.0, apply(stiffening, du)))
             rates.append(
@@ -201,7 +221,8 @@ class Equilibrium(eqx.Module):
     ) -> Float[Array, "3"]:
         """Derivative of u L by s/L under a force Rᵀn [N] on the section: `turn_rate`, in arrays."""
         length, u = self.actuator.bending_length, turn / self.actuator.bending_length
-        torque = -_axis_cross(force) - jnp.cross(u, self.law.moment(u))
+        arm = 1.0 if self.shear is None else 1.0 - self.shear * force[2]
+        torque = -arm * _axis_cross(force) - jnp.cross(u, self.law.moment(u))
         return length**2 * _solve_3x3(self.law.stiffness(u), torque)
 
     def end_balance(
@@ -232,9 +253,10 @@ class Equilibrium(eqx.Module):
         return force if follower is None else combine((1.0, force), (1.0, follower))
 
 
-def _torque(moment: Triple, u: Triple, force: Triple) -> Triple:
+def _torque(moment: Triple, u: Triple, force: Triple, shear: Number | None) -> Triple:
     """K u' [N]."""
-    return combine((-1.0, cross(u, moment)), (-1.0, axis_cross(force)))
+    torque = combine((-1.0, cross(u, moment)), (-1.0, axis_cross(force)))
+    return torque if shear is None else combine((1.0, torque), (shear * force[2], axis_cross(force)))
 
 
 def _axis_cross(v: Float[Array, "3"]) -> Float[Array, "3"]:

@@ -27,7 +27,7 @@ def base_turn(
     actuator: Actuator, pressure: Float[Array, "3"], free_curvature: Float[Array, "3"]
 ) -> Float[Array, "3"] | None:
     """Rotation vector of the first section, frame of the clamp [rad]; None where it does not turn."""
-    if _is_zero(actuator.base_turn) and _is_zero(actuator.base_lag):
+    if is_zero(actuator.base_turn) and is_zero(actuator.base_lag):
         return None
     moment = jnp.sum(pressure[:, None] * jnp.asarray(_BENDING_AXES, pressure.dtype), axis=0)
     bend = jnp.stack([free_curvature[0], free_curvature[1], jnp.zeros_like(free_curvature[2])])
@@ -36,14 +36,14 @@ def base_turn(
 
 def tip_offset(actuator: Actuator, free_curvature: Float[Array, "3"]) -> Float[Array, "3"] | None:
     """How far the cap lies beside the body's end, in the frame of that end [m]; None for not at all."""
-    if _is_zero(actuator.tip_offset):
+    if is_zero(actuator.tip_offset):
         return None
     x, y, _ = free_curvature
     size = actuator.tip_offset / jnp.sqrt(actuator.tip_offset_curvature**2 + x * x + y * y)
     return jnp.stack([-size * y, size * x, jnp.zeros_like(x)])
 
 
-def _is_zero(number: Number) -> bool:
+def is_zero(number: Number) -> bool:
     """Whether it is known to be zero: not of what is being traced, nor of a stack of rods."""
     return isinstance(number, float | int) and number == 0
 

@@ -9,6 +9,7 @@ from jax import custom_derivatives
 from jaxtyping import Array, Bool, Float
 
 from rodmodel._balance import Equilibrium
+from rodmodel._components import triple
 from rodmodel._follow import CONVERGED, DIVERGED, Reached, follow, scaled
 from rodmodel._kernel import one_kernel
 from rodmodel._loads import Loads, resultants
@@ -103,8 +104,24 @@ def solve_shape(
         quaternions=nodes.quaternions,
         node_curvatures=nodes.turns / length,
         length=length,
+        node_drifts=_drifts(equilibrium, reached),
     )
     return shape, reached
+
+
+def _drifts(equilibrium: Equilibrium, reached: Reached) -> Float[Array, "nodes 3"] | None:
+    """What shear adds to r' at the nodes; None for nothing."""
+    if equilibrium.shear is None:
+        return None
+    loaded = scaled(equilibrium, reached.load_fraction)
+    follower = triple(reached.unknown[3:]) if equilibrium.unknowns == 6 else None
+
+    def at(fraction: Float[Array, ""], q: Float[Array, "4"]) -> Float[Array, "3"]:
+        return jnp.stack(loaded.drift(fraction, (q[0], q[1], q[2], q[3]), follower))
+
+    quaternions = reached.nodes.quaternions
+    fractions = jnp.linspace(0.0, 1.0, quaternions.shape[0], dtype=quaternions.dtype)
+    return jax.vmap(at)(fractions, quaternions)
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(2,))

@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 
 from rodmodel._balance import Equilibrium, State, Variation
 from rodmodel._components import (
+    Quaternion,
     Scalar,
     Triple,
     combine,
@@ -52,6 +53,7 @@ def step(
         Ω = h (k₁ + 2 k₂ + 2 k₃ + k₄)/6 + h² [k₁, k₄]/12
 
     in se(3), brackets of the pair (e₃, u L). Where all k are equal, the step is the screw of that curvature.
+    What shear adds to the position is summed over the stages with the same weights.
 
     Parameters
     ----------
@@ -95,16 +97,24 @@ def step(
             rates,
             combine((1.0, at.turn_sum), (w, turn)),
             combine((1.0, at.rate_sum), (w, rate)),
+            None
+            if at.drift_sum is None
+            else combine((1.0, at.drift_sum), (w, drift_at(fraction + c, frame))),
             [_moved(v, w, rate) for v, rate in zip(at.rates_sum, rates, strict=True)],
         )
 
-    begin = _Stages(first, none, still, none, none, still)
+    def drift_at(fraction: Scalar, frame: Quaternion) -> Triple:
+        return equilibrium.drift(fraction, frame, follower)
+
+    begin = _Stages(first, none, still, none, none, None if equilibrium.shear is None else none, still)
     end = jax.lax.fori_loop(0, 4, stage, begin)
     bracket = size * size / 12.0
     turn = combine((1.0, end.turn_sum), (bracket, cross(first, end.turn)))
     # The bracket's part along the axis, (k₁ − k₄) × e₃.
     change = combine((bracket, first), (-bracket, end.turn))
     frame, shift = screw_by(q, turn, (change[1], -change[0], zero + size))
+    if end.drift_sum is not None:
+        shift = combine((1.0, shift), (1.0, end.drift_sum))
     ends = [_moved(v, 1.0, rate) for v, rate in zip(variations, end.rates_sum, strict=True)]
     return State(frame, combine((1.0, first), (1.0, end.rate_sum))), shift, ends
 
@@ -117,6 +127,8 @@ class _Stages(NamedTuple):
     rates: list[Variation]
     turn_sum: Triple
     rate_sum: Triple
+    drift_sum: Triple | None
+    """None where sections do not shear."""
     rates_sum: list[Variation]
 
 

@@ -92,8 +92,28 @@ def nodes_tangent(
 
     change = by_parameter + by_unknown @ unknown_dot
     turns = change[:, :3]
-    ahead = jnp.stack([turns[:, 1], -turns[:, 0], jnp.zeros_like(turns[:, 0])], axis=1)
-    along = jnp.einsum("nij,nj->ni", rotations, ahead)
+
+    def direction(
+        e: Equilibrium,
+        push: Float[Array, "3"] | None,
+        turn: Float[Array, "3"],
+        s: Float[Array, ""],
+        R: Float[Array, "3 3"],
+    ) -> Float[Array, "3"]:
+        ahead = R @ (jnp.eye(3, dtype=dtype) + cross_matrix(turn))[:, 2]
+        if e.shear is None:
+            return ahead
+        force = e.section_force(s, push)
+        return ahead + e.shear * (force - jnp.dot(ahead, force) * ahead)
+
+    def moved(s: Float[Array, ""], R: Float[Array, "3 3"], turn: Float[Array, "3"]) -> Float[Array, "3"]:
+        push_dot = None if follower is None else unknown_dot[3:]
+        at = equilibrium, follower, jnp.zeros_like(turn)
+        tangents = equilibrium_dot, push_dot, turn
+        changed: Float[Array, 3] = jax.jvp(lambda e, push, t: direction(e, push, t, s, R), at, tangents)[1]
+        return changed
+
+    along = jax.vmap(moved)(fractions, rotations, turns)
     positions = jnp.asarray(integral_matrix(steps), dtype) @ along
     w, v = nodes.quaternions[:, :1], nodes.quaternions[:, 1:]
     quaternions = 0.5 * jnp.concatenate(

@@ -91,21 +91,28 @@ class Stepped(Shape):
     quaternions: Float[Array, "nodes 4"]
     node_curvatures: Float[Array, "nodes 3"]
     length: Number
+    node_drifts: Float[Array, "nodes 3"] | None = None
+    """What shear adds to r', in the frame of the positions; None for nothing."""
 
     def pose(self, arc_length: Float[Array, ""]) -> tuple[Float[Array, "3"], Float[Array, "3 3"]]:
         """Position r(s) [m] and frame R(s), directors as columns; world frame."""
         node, h = self._place(arc_length)
-        first, second = (triple(self._within(node, h * part)) for part in _GAUSS)
+        first, second = (triple(self._within(self.node_curvatures, node, h * part)) for part in _GAUSS)
         bracket = np.sqrt(3.0) / 12.0 * h * h
         turn = combine((0.5 * h, first), (0.5 * h, second), (bracket, cross(first, second)))
         change = combine((bracket, first), (-bracket, second))
         w, x, y, z = self.quaternions[node]
         quaternion, shift = screw_by((w, x, y, z), turn, (change[1], -change[0], h))
-        return self.positions[node] + jnp.stack(shift), rotation_of(jnp.stack(quaternion))
+        position = self.positions[node] + jnp.stack(shift)
+        if self.node_drifts is not None:
+            ends = self.node_drifts[node], self._within(self.node_drifts, node, h)
+            middle = self._within(self.node_drifts, node, 0.5 * h)
+            position = position + h / 6.0 * (ends[0] + 4.0 * middle + ends[1])
+        return position, rotation_of(jnp.stack(quaternion))
 
     def curvature(self, arc_length: Float[Array, ""]) -> Float[Array, "3"]:
         """Curvature and twist u(s) [1/m], body frame."""
-        return self._within(*self._place(arc_length))
+        return self._within(self.node_curvatures, *self._place(arc_length))
 
     def poses(self) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 3"]]:
         """Positions [m] and frames along the body, base to end, close enough to count the turns."""
@@ -126,13 +133,15 @@ class Stepped(Shape):
         node = jnp.clip(jnp.floor(fraction), 0, steps).astype(int)
         return node, s - node * (self.length / steps)
 
-    def _within(self, node: Int[Array, ""], distance: Float[Array, ""]) -> Float[Array, "3"]:
-        """Curvature at a distance after a node: Hermite's cubic."""
+    def _within(
+        self, values: Float[Array, "nodes 3"], node: Int[Array, ""], distance: Float[Array, ""]
+    ) -> Float[Array, "3"]:
+        """Values at the nodes, at a distance after one of them: Hermite's cubic."""
         steps = self.positions.shape[0] - 1
         h, after = self.length / steps, jnp.minimum(node + 1, steps)
         x = distance / h
-        start, end = self.node_curvatures[node], self.node_curvatures[after]
+        start, end = values[node], values[after]
         slopes = jnp.asarray(slope_matrix(steps) / steps, x.dtype)
-        rise = slopes[node] @ self.node_curvatures, slopes[after] @ self.node_curvatures
+        rise = slopes[node] @ values, slopes[after] @ values
         left, right = (1.0 + 2.0 * x) * (1.0 - x) ** 2, x * x * (3.0 - 2.0 * x)
         return left * start + right * end + x * (1.0 - x) * ((1.0 - x) * rise[0] - x * rise[1])

@@ -137,7 +137,7 @@ def test_jit_vmap_and_eager_agree(rod: Rod) -> None:
     assert_same(one, eqx.filter_jit(rod.solve)(PRESSURE))
     batch = jax.vmap(rod.solve)(jnp.stack([PRESSURE, 0.5 * PRESSURE]))
     assert_same(one, jax.tree.map(lambda leaf: leaf[0], batch), tolerance=1e-12)
-    # Whether a dimension is zero is not known while it is traced: ends that are not there are solved for then.
+    # Whether a dimension is zero is not known while it is traced: ends that are none are solved for then.
     rod_as_argument = jax.jit(lambda rod, pressure: rod.solve(pressure))(rod, PRESSURE)
     for name in ("tip_position", "tip_rotation", "bending_angle", "bending_plane", "chamber_volume"):
         assert_same(getattr(one, name), getattr(rod_as_argument, name), tolerance=1e-12)

@@ -65,7 +65,7 @@ def _ends(options: argparse.Namespace, command: str) -> int:
     compliance = END_COMPLIANCE if told is None else 1e-3 * told
     try:
         calibrations = {file: read_calibration(file) for file in options.files}
-        shear, shear_error = fit_shear(truth)
+        shear = fit_shear(truth)
         found = fit_compliance(truth, geometry.body_length, compliance or END_COMPLIANCE)
         ends = fit_ends(truth, geometry.body_length, geometry.cap_length, compliance)
     except (ValueError, TruthError) as error:
@@ -78,11 +78,11 @@ def _ends(options: argparse.Namespace, command: str) -> int:
         "compliance_m_per_n": compliance,
         "fitted_compliance": asdict(found),
         "shear_compliance_per_n": shear,
-        "shear_standard_error_per_n": shear_error,
         **asdict(ends),
     }
+    leaning = {} if shear is None else {"shear_compliance": shear[0]}
     for file, calibration in calibrations.items():
-        actuator = replace(calibration.actuator, **ends.values, shear_compliance=shear)
+        actuator = replace(calibration.actuator, **ends.values, **leaning)
         provenance = {**calibration.provenance, "ends": note}
         left_out = {"median": ends.angle_median, "p90": ends.angle_p90, "worst": ends.angle_worst}
         errors = {**calibration.error, "actuator_angle_rad": left_out}
@@ -100,7 +100,8 @@ def _ends(options: argparse.Namespace, command: str) -> int:
     for name, (title, unit, factor) in _ENDS.items():
         value, spread = factor * ends.values[name], factor * ends.standard_errors[name]
         print(f"  {title:24s} {value:8.3f} ± {spread:.3f} {unit}")
-    print(f"sections lean by {shear:.3f} ± {shear_error:.3f} rad/N")
+    if shear is not None:
+        print(f"under a force sections lean by {shear[0]:.3f} ± {shear[1]:.3f} rad/N")
     print(
         f"the tip is off by {1e3 * ends.after:.2f} mm and {math.degrees(ends.turn_after):.2f} deg (root mean "
         f"square), without them by {1e3 * ends.before:.2f} mm and {math.degrees(ends.turn_before):.2f} deg"

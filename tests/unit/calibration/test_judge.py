@@ -48,6 +48,8 @@ def truth_of(role="fit", **changed) -> xr.Dataset:
         "tip_position": (("state", "axis"), tip),
         # Only the third column counts.
         "tip_rotation": (("state", "row", "column"), np.stack([rod, rod, axis], axis=2)),
+        "middle_shear": (("state", "across"), rod[:, :2]),
+        "middle_force": (("state", "across"), rod[:, :2]),
         # None of these has a say in the ends.
         "volume": (("state", "chamber"), rod),
         **{name: (("state",), np.zeros(count)) for name in ("bending_angle", "bending_plane", "residual")},
@@ -108,6 +110,26 @@ def test_the_ends_are_found(known_cell):
         assert abs(found.values[name] - planted) < 3.0 * found.standard_errors[name]
 
 
+def leaning_states(role: str = "fit", noise: float = 0.0) -> xr.Dataset:
+    """Loaded states whose sections lean by 0.3 rad/N; one does not tell its frames."""
+    states = truth_of(role).isel(state=[1, 2, 3])
+    force = np.array([[0.03, 0.0], [-0.01, 0.02], [0.0, 0.04]])
+    states["tip_force"][:, 0] = 0.03
+    states["middle_force"][:] = force
+    states["middle_shear"][:] = 0.3 * force + noise * np.random.default_rng(3).standard_normal((3, 2))
+    states["middle_shear"][2] = np.nan
+    return states
+
+
+def test_how_sections_lean_under_a_force_is_found():
+    value, error = ends.fit_shear(leaning_states())
+    assert (value, error) == (pytest.approx(0.3, rel=1e-12), pytest.approx(0.0, abs=1e-12))
+    value, error = ends.fit_shear(leaning_states(noise=3e-4))
+    assert 0.0 < abs(value - 0.3) < 3.0 * error < 0.1
+    assert ends.fit_shear(truth_of()) is None
+    assert ends.fit_shear(leaning_states(role="judge")) is None
+
+
 def test_judges_never_fit(known_cell):
     with pytest.raises(TruthError, match="no unloaded state of a fit run"):
         ends.fit_ends(truth_of(role="judge"), BODY, CAP, 0.0)
@@ -152,6 +174,8 @@ def exact() -> xr.Dataset:
             "tip_position": (("state", "axis"), of("tip_position")),
             "tip_rotation": (("state", "row", "column"), of("tip_rotation")),
             "middle_curvature": (("state", "axis"), np.zeros((count, 3))),
+            "middle_shear": (("state", "across"), np.zeros((count, 2))),
+            "middle_force": (("state", "across"), np.zeros((count, 2))),
             "residual": (("state",), np.zeros(count)),
             "bending_angle": (("state",), of("bending_angle")),
             "bending_plane": (("state",), of("bending_plane")),
@@ -205,7 +229,7 @@ def test_the_way_under_a_tip_force_is_judged_by_itself(exact):
 
 def test_the_command_writes_the_ends_into_files(known_cell, tmp_path, capsys):
     truth, file = tmp_path / "truth.nc", tmp_path / "calibration.json"
-    truth_of().to_netcdf(truth, engine="h5netcdf")
+    xr.concat([truth_of(), leaning_states()], "state").to_netcdf(truth, engine="h5netcdf")
     made: Calibration = synthetic.calibration()
     rodmodel.save_calibration(made, file)
     assert main(["ends", str(truth), str(file), "--end-compliance-mm-per-n", "0"]) == 0
@@ -215,6 +239,8 @@ def test_the_command_writes_the_ends_into_files(known_cell, tmp_path, capsys):
     written = rodmodel.read_calibration(file)
     for name, planted in PLANTED.items():
         assert getattr(written.actuator, name) == pytest.approx(planted, rel=1e-6)
+    assert "under a force sections lean by 0.300 ± 0.000 rad/N" in told
+    assert written.actuator.shear_compliance == pytest.approx(0.3, rel=1e-12)
     assert written.provenance["ends"]["states"] == 5
     assert written.provenance["ends"]["compliance_m_per_n"] == 0.0
     assert written.layout == Layout("double-helix", 0.0, 3e-3)

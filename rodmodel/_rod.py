@@ -26,7 +26,7 @@ from rodmodel.section import SectionLaw
 
 @final
 class Rod(eqx.Module):
-    """Soft actuator as an inextensible, unshearable Cosserat rod with a clamped base and a rigid cap.
+    """Soft actuator as an inextensible Cosserat rod with a clamped base and a rigid cap.
 
     Unless told otherwise, the base is at the origin, the rod along +z at rest, chamber k at azimuth
     120° (k − 1). `jax.jit`, `jax.vmap` and `jax.grad` work on [`Rod.solve`][]; `rodmodel.load` makes a rod

@@ -16,9 +16,7 @@ from rodmodel._components import Symmetric, Triple, apply, combine, dot, inverse
 from rodmodel._kernel import one_kernel
 from rodmodel.section._law import PAIRS, TRIPLES, CurvatureLaw, Expansion
 
-# Newton's method for the free curvature, in units of the law's curvature scale: when it has converged, the
-# longest step, and how many it may take.
-_CONVERGED = 1e-13
+# Newton's method for the free curvature: its longest step, in units of the law's curvature scale, and how many.
 _LONGEST = 0.2
 _MOST = 60
 
@@ -158,9 +156,11 @@ class RidgeLaw(CurvatureLaw):
 
     def _root(self, start: Float[Array, "3"]) -> Float[Array, "3"]:
         """Newton's method for no moment, steps limited; x = u/u_s."""
+        # After such a change the next would be a rounding, as it is about the square.
+        limit = float(jnp.finfo(start.dtype).eps) ** 0.5
 
         def unfinished(at: tuple[Array, Array, Array]) -> Array:
-            return (jnp.max(jnp.abs(at[1])) > _CONVERGED) & (at[2] < _MOST)
+            return (jnp.max(jnp.abs(at[1])) > limit) & (at[2] < _MOST)
 
         def advance(at: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
             x = triple(at[0])
@@ -170,7 +170,6 @@ class RidgeLaw(CurvatureLaw):
             return at[0] - change, change, at[2] + 1
 
         x, change, _ = jax.lax.while_loop(unfinished, advance, (start, start + jnp.inf, jnp.array(0)))
-        limit = jnp.sqrt(jnp.asarray(jnp.finfo(start.dtype).eps, start.dtype))
         return jnp.where(jnp.max(jnp.abs(change)) <= limit, x, jnp.nan)
 
 

@@ -16,7 +16,7 @@ from rodmodel._components import Symmetric, Triple, apply, combine, dot, inverse
 from rodmodel._kernel import one_kernel
 from rodmodel.section._law import PAIRS, TRIPLES, CurvatureLaw, Expansion
 
-# Newton's method for the free curvature: its longest step, in units of the law's curvature scale, and how many.
+# Newton's method for the free curvature: its longest step, in units of the law's curvature scale, and most.
 _LONGEST = 0.2
 _MOST = 60
 

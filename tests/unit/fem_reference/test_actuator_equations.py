@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from fem_reference import ActuatorGeometry, ActuatorLoad, DoubleHelix, Ogden, Thread
 from fem_reference.actuator_equations import ActuatorEquations, ActuatorModel, Deformation
 from fem_reference.actuator_load import ActuatorTarget
+from fem_reference.actuator_shape import axis_shape
 from fem_reference.section import MeshLevel
 from tests.fem_fixtures import QUADRATIC, TINY, assemble, difference, relative_error, rotation
 
@@ -132,3 +134,26 @@ def test_chambers_are_closed_by_base_and_cap(equations):
     )
     # A closed surface under uniform pressure has no resultant.
     np.testing.assert_allclose(pressure_on.sum(axis=0), 0.0, atol=1e-10)
+
+
+def test_sections_that_lean_against_a_straight_axis_are_told(equations: ActuatorEquations) -> None:
+    """Each section turned as a whole; what takes it back to the plane across the axis is the reverse."""
+    lean = np.array([0.02, -0.013, 0.0])
+    turned = equations.rest_positions.copy()
+    nodes, height = equations.nodes, equations.rest_positions[: equations.nodes, 2]
+    arms = turned[:nodes] * [1.0, 1.0, 0.0]
+    turned[:nodes] = arms @ Rotation.from_rotvec(lean).as_matrix().T
+    turned[:nodes, 2] += height
+    shape = axis_shape(equations, turned)
+    # The tilt is about an axis across the rod; the lean is that, to its cube.
+    np.testing.assert_allclose(shape.shear, np.broadcast_to(-lean[:2], shape.shear.shape), atol=1e-5)
+    np.testing.assert_allclose(shape.rotations, np.broadcast_to(np.eye(3), shape.rotations.shape), atol=1e-6)
+
+
+def test_sections_that_turn_with_the_axis_do_not_lean(equations: ActuatorEquations) -> None:
+    turn = Rotation.from_rotvec([0.3, -0.2, 0.5])
+    shape = axis_shape(equations, turn.apply(equations.rest_positions))
+    np.testing.assert_allclose(shape.shear, 0.0, atol=1e-9)
+    np.testing.assert_allclose(
+        shape.rotations[:, :, 2], np.tile(turn.as_matrix()[:, 2], (len(shape.shear), 1)), atol=1e-9
+    )

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from jaxtyping import Array
 
-from rodmodel import RidgeLaw, RidgeNetwork, TurnedLaw
+from rodmodel import CurvatureLaw, RidgeLaw, RidgeNetwork, TurnedLaw
 from rodmodel._components import triple
-from rodmodel.section import SYMMETRIES
+from rodmodel.section import SYMMETRIES, LawNearby
 from rodmodel.section._law import PAIRS, TRIPLES
 from rodmodel.section._ridges import powers
 from rodmodel.section._turned import INTO_TURNED
@@ -181,3 +181,24 @@ def test_arrays_that_do_not_fit_and_impossible_scales_are_refused() -> None:
     for name in ("pressure_scale", "curvature_scale", "energy_scale", "rest_volume"):
         with pytest.raises(ValueError, match=f"^{name}: got 0.0, expected a positive number"):
             replace(law, **{name: 0.0})
+
+
+def test_slopes_by_the_pressures_are_those_of_the_moved_law(law: RidgeNetwork) -> None:
+    """Two ways to one: the general one goes through all leaves; and a law nearby has them in one call."""
+    for u, p in states(3):
+        at, change = jax.linearize(law.at, p)
+        slopes = jax.vmap(change)(jnp.eye(3))
+        nearby = lambda way, at=at, slopes=slopes: LawNearby(at, slopes, way[3:]).linearise(triple(way[:3]))  # noqa: E731
+        moved = lambda way, law=law, p=p: law.at(p + way[3:]).linearise(triple(way[:3]))  # noqa: E731
+        here = jnp.concatenate([u, jnp.zeros(3)])
+        for found, expected in zip(nearby(here), moved(here), strict=True):
+            np.testing.assert_allclose(found, expected, rtol=1e-14)
+        for found, expected in zip(jax.jacfwd(nearby)(here), jax.jacfwd(moved)(here), strict=True):
+            for one, other in zip(found, expected, strict=True):
+                # By curvature and by pressure, each in units of its own.
+                for part in (slice(0, 3), slice(3, 6)):
+                    size = max(float(jnp.max(jnp.abs(jnp.stack(expected)[:, part]))), 1e-300)
+                    np.testing.assert_allclose(one[part], other[part], rtol=0, atol=1e-12 * size)
+        general = CurvatureLaw.slopes_by(at, triple(u), jax.tree.map(lambda leaf: leaf[0], slopes))
+        own = at.slopes_by(triple(u), jax.tree.map(lambda leaf: leaf[0], slopes))
+        np.testing.assert_allclose(own, general, rtol=0, atol=1e-13 * float(jnp.max(jnp.abs(general))))

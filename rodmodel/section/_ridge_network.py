@@ -110,11 +110,12 @@ class RidgeNetwork(SectionLaw):
         share = 1.0 / len(self.images)
         still, rest = as_data(_at_rest, self)
         mixing, slopes, guess = (still.pop(name) for name in ("mixing", "slopes", "guess"))
+        into, biases, bare = (still.pop(name) for name in ("feature_weights", "feature_biases", "bare"))
         offsets, value, free = [], still.pop("constant"), jnp.zeros(3, self.offsets.dtype)
         for image, (turn, order) in enumerate(self.images):
-            inputs = self.features(pressure[order] / self.pressure_scale, image)
+            inputs = _features(pressure[order] / self.pressure_scale, into, biases[image])
             change = inputs - rest[image]
-            offsets.append(weighted_sum(inputs, mixing) + self.offsets)
+            offsets.append(weighted_sum(inputs, mixing) + bare)
             value = value + share * weighted_sum(change, slopes)[0]
             free = free + self.curvature_scale * share * weighted_sum(change, guess) @ turn
         value = value - self.rest_volume / self.energy_scale * jnp.sum(pressure)
@@ -142,8 +143,14 @@ class RidgeNetwork(SectionLaw):
     def features(self, inputs: Float[Array, "3"], image: int = 0) -> Float[Array, " inputs"]:
         """h(q) of scaled pressures, those of an image."""
         biases = self.feature_biases if self.feature_biases.ndim == 1 else self.feature_biases[image]
-        hidden = jnp.tanh(weighted_sum(inputs, self.feature_weights.T) + biases)
-        return jnp.concatenate([inputs, hidden])
+        return _features(inputs, self.feature_weights.T, biases)
+
+
+def _features(
+    inputs: Float[Array, "3"], weights: Float[Array, "3 features"], biases: Float[Array, " features"]
+) -> Float[Array, " inputs"]:
+    """h(q) of scaled pressures."""
+    return jnp.concatenate([inputs, jnp.tanh(weighted_sum(inputs, weights) + biases)])
 
 
 def _at_rest(law: RidgeNetwork) -> tuple[dict[str, Any], Any]:
@@ -154,7 +161,8 @@ def _at_rest(law: RidgeNetwork) -> tuple[dict[str, Any], Any]:
     xp: Any = np if isinstance(law.offsets, np.ndarray) else jnp
     turns = np.array([turn for turn, _ in law.images], law.offsets.dtype)
     share = 1.0 / len(turns)
-    hidden = xp.tanh(xp.broadcast_to(law.feature_biases, (len(turns), law.feature_biases.shape[-1])))
+    biases = xp.broadcast_to(law.feature_biases, (len(turns), law.feature_biases.shape[-1]))
+    hidden = xp.tanh(biases)
     rest = xp.concatenate([xp.zeros((len(turns), 3), law.offsets.dtype), hidden], axis=1)
     a, b, c, d, e, f = law.factor
     lower = xp.stack([xp.stack(row) for row in ((a, 0.0 * a, 0.0 * a), (b, c, 0.0 * a), (d, e, f))])
@@ -176,6 +184,9 @@ def _at_rest(law: RidgeNetwork) -> tuple[dict[str, Any], Any]:
         "pairs": pairs,
         "triples": triples,
         "weights": xp.tile(share * law.weights, len(turns)),
+        "feature_weights": law.feature_weights.T,
+        "feature_biases": biases,
+        "bare": law.offsets,
         "mixing": law.mixing.T,
         "slopes": law.slopes[:, None],
         "guess": law.guess.T,

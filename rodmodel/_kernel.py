@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from contextvars import ContextVar
 from typing import Any
 
 import equinox as eqx
@@ -19,9 +18,6 @@ from jaxtyping import Array, Float
 # option of the whole compilation keeps XLA from leaving them to a library. Each constant in a kernel costs
 # 100 ns a call.
 
-# Whether what is being traced is a kernel already.
-_within: ContextVar[bool] = ContextVar("within", default=False)
-
 _WITHOUT_LIBRARY = {"xla_cpu_experimental_ynn_fusion_type": ""}
 _ONE_KERNEL = {"xla_cpu_small_call": "true", "inlineable": "false"}
 
@@ -30,7 +26,7 @@ def one_kernel(function: Callable[..., Any], *arguments: Any) -> Any:
     """Call a function, compiled to one kernel on a CPU and run row by row under `jax.vmap`.
 
     Row by row, a loop ends when the row is done. Elsewhere than on a CPU, it is left to XLA and `jax.vmap`.
-    Within another kernel it is a part of that. Not to be differentiated.
+    Not to be differentiated.
 
     Parameters
     ----------
@@ -42,8 +38,6 @@ def one_kernel(function: Callable[..., Any], *arguments: Any) -> Any:
     -------
     result : of the function.
     """
-    if _within.get():
-        return function(*arguments)
     arrays, numbers = eqx.partition(arguments, eqx.is_array)
     leaves, structure = jax.tree.flatten(arrays)
     dtype = jnp.result_type(*leaves)
@@ -54,11 +48,7 @@ def one_kernel(function: Callable[..., Any], *arguments: Any) -> Any:
     # One array in and one out: XLA fails on calls within loops whose arguments share or skip buffers.
     def flat(values: Float[Array, " n"]) -> Float[Array, " m"]:
         parts = _unpack(values, shapes)
-        outside = _within.set(True)
-        try:
-            result = function(*eqx.combine(jax.tree.unflatten(structure, parts), numbers))
-        finally:
-            _within.reset(outside)
+        result = function(*eqx.combine(jax.tree.unflatten(structure, parts), numbers))
         return _pack(jax.tree.leaves(result), dtype)
 
     compiled = jax.jit(flat, inline=False)

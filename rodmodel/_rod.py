@@ -344,7 +344,9 @@ class Rod(eqx.Module):
     def _messages(self) -> list[str]:
         limits = (*self.domain.pressure_max, self.domain.pressure_sum_max)
         # Of a stack of rods, each has its own.
-        first, second, third, total = (f"{p:g}" if isinstance(p, float) else "its largest" for p in limits)
+        first, second, third, total = (
+            "its largest" if isinstance(p, jax.Array) else f"{p:g}" for p in limits
+        )
         flagged = "throw=False flags this in the solution instead"
         return [
             f"pressure: got a negative value or one that is not finite, expected 0 or more Pa; {flagged}",

@@ -69,8 +69,7 @@ class CurvatureLaw(eqx.Module):
             moment, stiffness = law.linearise(curvature)
             return jnp.stack([*moment, *stiffness])
 
-        found: Float[Array, 9] = jax.jvp(section, (self,), (change,))[1]
-        return found
+        return jnp.asarray(jax.jvp(section, (self,), (change,))[1])
 
     def seen_in(self, axes: np.ndarray) -> "CurvatureLaw":
         """Law of curvatures u whose components in this law's axes are Q u, Q orthogonal: Π(Q u)."""

@@ -155,20 +155,21 @@ def _exponential(q: Quaternion, turn: Triple) -> tuple[Quaternion, Scalar, Scala
 
     By series at an eighth of the angle and doubling: smooth, also in its derivatives, at zero.
     """
-    x = dot(turn, turn) * (1.0 / 4**_HALVINGS)
-    b, c = _exponential_series(x)
-    for _ in range(_HALVINGS - 1):
-        b, c, x = _doubled(b, c, x)
+    square = dot(turn, turn)
+    b, c = _exponential_series(square * (1.0 / 4**_HALVINGS))
+    for n in range(_HALVINGS, 1, -1):
+        b, c = _doubled(b, c, square * (1.0 / 4**n))
+    x = 0.25 * square
     # Here at half of the angle: cosine, and sine over the angle.
     cosine, sine = 1.0 - x * b, 0.5 * (1.0 - x * c)
-    b, c, _ = _doubled(b, c, x)
+    b, c = _doubled(b, c, x)
     w, p = q[0], q[1:]
     vector = combine((cosine, p), (w * sine, turn), (sine, cross(p, turn)))
     return (w * cosine - sine * dot(p, turn), *vector), b, c
 
 
 @jax.jit
-def _doubled(b: Scalar, c: Scalar, x: Scalar) -> tuple[Scalar, Scalar, Scalar]:
-    """B, C and φ² at twice the angle."""
+def _doubled(b: Scalar, c: Scalar, x: Scalar) -> tuple[Scalar, Scalar]:
+    """B and C at twice the angle, of those at φ and x = φ²."""
     sine = 1.0 - x * c
-    return 0.5 * sine * sine, 0.25 * (c + sine * b), 4.0 * x
+    return 0.5 * sine * sine, 0.25 * (c + sine * b)

@@ -137,16 +137,18 @@ def follow(
         target = jnp.where(at.step < left, reached.load_fraction + at.step, 1.0)
         # Two integrations in three carry neighbouring solutions along, which make up most of their cost; the
         # last one, where Newton's method is already there, only has to show it.
+        # A first guess is worth half as many steps: what they miss is less than what it does.
+        rough = jnp.array(steps > 1) & (reached.shots == 0) & ~at.warm
         shot = jax.lax.cond(
             at.sure,
             lambda loaded: _check(loaded, at.guess, steps, at.tangent),
-            lambda loaded: _shoot(loaded, at.guess, steps, scale),
+            lambda loaded: _shoot(loaded, at.guess, steps, scale, jnp.where(rough, steps // 2, steps)),
             scaled(equilibrium, target),
         )
         correction = -shot.correction
         size = jnp.max(jnp.abs(correction))
 
-        done = size <= tolerance
+        done = (size <= tolerance) & ~rough
         near = jnp.max(jnp.abs(shot.nodes.turns - reached.nodes.turns)) <= _MAX_TURN
         good = done & (at.warm | (near & shot.tangent.stable))
         # Written so that a NaN is hopeless.
@@ -164,14 +166,14 @@ def follow(
         )
         # Newton's corrections: each the square of the last, or by the factor that the last two had.
         ratio = jnp.where(jnp.isfinite(at.size), size / at.size**2, 1.0)
-        sure = hopeful & ~at.sure & (ratio * size**2 <= tolerance)
+        sure = hopeful & ~at.sure & ~rough & (ratio * size**2 <= tolerance)
         slope = jnp.where(good, (at.guess - reached.unknown) / at.step, at.slope)
         # A failed warm start is followed by the whole load from the free shape.
-        factor = jnp.where(good, 2.0, jnp.where(hopeful | at.warm, 1.0, 0.5))
+        factor = jnp.where(good, 2.0, jnp.where(hopeful | at.warm | rough, 1.0, 0.5))
         outcome = jnp.where(good, CONVERGED, jnp.where(done & near, UNSTABLE, DIVERGED))
         merged = jax.tree.map(lambda a, b: jnp.where(good, a, b), new, reached)
         merged = merged._replace(
-            shots=reached.shots + 1, outcome=jnp.where(hopeful, reached.outcome, outcome)
+            shots=reached.shots + 1, outcome=jnp.where(hopeful | rough, reached.outcome, outcome)
         )
         step = jnp.minimum(factor * at.step, 1.0 - merged.load_fraction)
         return _Progress(
@@ -179,7 +181,7 @@ def follow(
             slope=slope,
             step=step,
             guess=jnp.where(hopeful, at.guess + scale * correction, merged.unknown + step * slope),
-            size=jnp.where(hopeful, size, jnp.inf),
+            size=jnp.where(hopeful & ~rough, size, jnp.inf),
             warm=at.warm & hopeful,
             tangent=shot.tangent,
             sure=sure,
@@ -298,10 +300,19 @@ def _free_shape(turns: Float[Array, "nodes 3"]) -> Nodes:
 
 
 def _shoot(
-    equilibrium: Equilibrium, unknown: Float[Array, " n"], steps: int, scale: Float[Array, " n"]
+    equilibrium: Equilibrium,
+    unknown: Float[Array, " n"],
+    steps: int,
+    scale: Float[Array, " n"],
+    taken: Int[Array, ""] | None = None,
 ) -> _Shot:
-    """Integrate from base to end, with the neighbouring solutions of each unknown."""
-    n, dtype, size = equilibrium.unknowns, unknown.dtype, 1.0 / steps
+    """Integrate from base to end, with the neighbouring solutions of each unknown.
+
+    With fewer steps `taken` than there is room for nodes, the last ones are not set.
+    """
+    n, dtype = equilibrium.unknowns, unknown.dtype
+    count = jnp.array(steps) if taken is None else taken
+    size = 1.0 / count.astype(dtype)
     zero, one = jnp.zeros((), dtype), jnp.ones((), dtype)
     none = zero, zero, zero
     axes = [(one, zero, zero), (zero, one, zero), (zero, zero, one)]
@@ -327,7 +338,7 @@ def _shoot(
     start = base_state(triple(unknown[:3]))
     nodes = Nodes(*(jnp.zeros((steps + 1, width), dtype) for width in (3, 4, 3)))
     begin = (none, start, variations, jnp.array(True), _put(nodes, 0, none, start))
-    _, end, variations, stable, nodes = jax.lax.fori_loop(0, steps, along, begin)
+    _, end, variations, stable, nodes = jax.lax.fori_loop(0, count, along, begin)
     imbalance, changes = equilibrium.linearised_imbalance(end, follower, variations, follower_variations)
     columns = [jnp.concatenate([jnp.stack(part) for part in change]) for change in changes]
     jacobian = jnp.stack(columns, axis=1)

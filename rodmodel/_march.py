@@ -38,7 +38,7 @@ class Nodes(NamedTuple):
 def step(
     equilibrium: Equilibrium,
     fraction: Scalar,
-    size: float,
+    size: float | Scalar,
     state: State,
     follower: Triple | None,
     variations: list[Variation],

@@ -26,6 +26,13 @@ settings.register_profile("rodmodel", deadline=None, derandomize=True)
 settings.load_profile("rodmodel")
 
 
+@pytest.fixture(autouse=True, scope="module")
+def forget_what_was_compiled():
+    """No module's functions outlive it: they fill the memory, and slow down what looks through it."""
+    yield
+    jax.clear_caches()
+
+
 @pytest.fixture
 def unchecked():
     """Values of a wrong type reach the code, as they do for users, who run without the tests' checks."""

@@ -14,7 +14,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import jax
-import jax.numpy as jnp
 import matplotlib
 
 matplotlib.use("Agg")
@@ -36,6 +35,7 @@ PICTURE = Path(__file__).parents[1] / "docs" / "images" / "control_loop.png"
 def main() -> None:
     """Run the loop, print the report, draw the picture."""
     jax.config.update("jax_enable_x64", True)  # the precision is the program's to choose
+    jax.config.update("jax_cpu_enable_async_dispatch", False)  # no handover to another thread
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("picture", nargs="?", type=Path, default=PICTURE)
     parser.add_argument(
@@ -72,32 +72,45 @@ def main() -> None:
 
 
 def controller(rod: rodmodel.Rod) -> Callable[..., np.ndarray]:
-    """Function from pressures, bend, wanted bend and the next one to the next pressures, compiled."""
-    largest = jnp.array(rod.domain.pressure_max)
+    """Function from pressures, bend, wanted bend and the next one to the next pressures."""
+    model = rod.predictor(("gravity",), solver=rodmodel.FixedStep(3, tolerance=1e-5))
+    largest = np.array(rod.domain.pressure_max)
 
-    def bend(pressure: jax.Array) -> jax.Array:
-        model = rod.solve(pressure, gravity=GRAVITY, throw=False, solver=rodmodel.FixedStep())
-        return model.bending_angle * jnp.stack([jnp.cos(model.bending_plane), jnp.sin(model.bending_plane)])
-
-    @jax.jit
-    def step(pressure: jax.Array, is_bend: jax.Array, wanted: jax.Array, following: jax.Array) -> jax.Array:
-        jacobian = jax.jacfwd(bend)(pressure)
+    def step(
+        pressure: np.ndarray, is_bend: np.ndarray, wanted: np.ndarray, following: np.ndarray
+    ) -> np.ndarray:
+        pose, derivatives = model.jacobian(pressure, gravity=GRAVITY)
+        jacobian = bend_by_pressure(pose, derivatives.turn_by_pressure)
         change = following - wanted + GAIN * PERIOD * (wanted - is_bend)
 
-        def without(chamber: int) -> tuple[jax.Array, jax.Array]:
+        def without(chamber: int) -> tuple[float, np.ndarray]:
             """Pressures by which the two other chambers make the change, while this one is let off."""
             let_off = -DECAY * pressure[chamber]
-            pair = jnp.array([k for k in range(3) if k != chamber])
-            pushed = jnp.linalg.solve(jacobian[:, pair], change - jacobian[:, chamber] * let_off)
-            following = pressure.at[pair].add(pushed).at[chamber].add(let_off)
+            pair = [k for k in range(3) if k != chamber]
+            after = pressure.copy()
+            after[pair] += np.linalg.solve(jacobian[:, pair], change - jacobian[:, chamber] * let_off)
+            after[chamber] += let_off
             # The pair that can: a negative pressure counts most, what is left in the third chamber least.
-            return following, 1e3 * jnp.sum(jnp.maximum(-following, 0.0)) + pressure[chamber]
+            return 1e3 * np.maximum(-after, 0.0).sum() + pressure[chamber], after
 
-        choices, costs = zip(*map(without, range(3)), strict=True)
-        chosen = jnp.clip(jnp.stack(choices)[jnp.argmin(jnp.stack(costs))], 0.0, largest)
-        return chosen * jnp.minimum(1.0, rod.domain.pressure_sum_max / jnp.sum(chosen))
+        _, chosen = min(map(without, range(3)), key=lambda choice: choice[0])
+        chosen = np.clip(chosen, 0.0, largest)
+        return chosen * min(1.0, rod.domain.pressure_sum_max / chosen.sum())
 
-    return lambda *arguments: np.asarray(step(*arguments))
+    return step
+
+
+def bend_by_pressure(pose: rodmodel.Prediction, turn_by_pressure: np.ndarray) -> np.ndarray:
+    """Derivative of the bend θ (cos γ, sin γ) of a bent rod, θ below 180°; (2, 3) [rad/Pa].
+
+    With t the tip's tangent, h² = t_x² + t_y² and e = −(t_x, t_y)/h, the bend is θ e and cos θ = t_z.
+    """
+    tangent = pose.tip_rotation[:, 2]
+    moved = np.cross(turn_by_pressure, tangent, axisa=0).T
+    height = np.hypot(tangent[0], tangent[1])
+    ahead = -tangent[:2] / height
+    sideways = np.outer(ahead, ahead @ moved[:2]) - moved[:2]
+    return (np.outer(ahead, -moved[2]) + pose.bending_angle * sideways) / height
 
 
 def run(

@@ -5,7 +5,7 @@ from rodmodel._inverse import Inverse
 from rodmodel._jacobian import Jacobian, PoseDerivative
 from rodmodel._load import CalibrationNotFoundError, load, load_oriented, shipped_calibrations
 from rodmodel._oriented_rod import OrientedRod
-from rodmodel._predictor import Predictor
+from rodmodel._predictor import Prediction, Predictor, TipJacobian
 from rodmodel._record import CalibrationFileError
 from rodmodel._rod import Rod
 from rodmodel._solution import RESULTS, Solution
@@ -50,6 +50,7 @@ __all__ = [
     "OrientedNetwork",
     "OrientedRod",
     "PoseDerivative",
+    "Prediction",
     "Predictor",
     "QuarticLaw",
     "RidgeLaw",
@@ -57,6 +58,7 @@ __all__ = [
     "Rod",
     "SectionLaw",
     "Solution",
+    "TipJacobian",
     "TurnedLaw",
     "load",
     "load_oriented",

@@ -52,8 +52,8 @@ TipAt = Callable[[Float[Array, "3"], Float[Array, "3"]], tuple[Tip, TipChange]]
 # Of the integration in the search under loads: the tip to 8e-6 of the length in the median, 1.4e-4 in 99 %
 # of states. What is returned is solved with more.
 _STEPS = 5
-# Part of the tolerance at which a search ends: two or three steps before the rounding.
-_PART = 1e-3
+# Part of the tolerance at which a search ends: 1 µm, or 1e-5 rad.
+_PART = 1e-2
 # How near the free rod has to come to the target of a loaded one, of the rod's length or in radians. It
 # cannot come all the way: three pressures reach hardly more than a surface.
 _NEAR = 0.1

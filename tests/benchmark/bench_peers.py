@@ -15,13 +15,12 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from tests.benchmark.page import write_measured
 from tests.benchmark.speed import ONE_THREAD
 from tests.benchmark.speed_picture import draw
 
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "benchmark.md"
 PICTURE = ROOT / "docs" / "images" / "speed_against_error.png"
-BEGIN, END = "<!-- measured: begin -->\n", "<!-- measured: end -->\n"
 
 MODULES = ("ours", "scipy", "soromox", "elastica")
 PACKAGES = ("jax", "numpy", "scipy", "numba", "soromox", "pyelastica")
@@ -104,10 +103,7 @@ def main() -> None:
     if options.json:
         print(json.dumps({"rows": rows}))
     if options.only is None:
-        page = PAGE.read_text()
-        before, _, after = page.partition(BEGIN)
-        _, _, after = after.partition(END)
-        PAGE.write_text(before + BEGIN + table(rows) + END + after)
+        write_measured("measured", table(rows))
         draw([row for row in rows if "failure" not in row], PICTURE)
 
 

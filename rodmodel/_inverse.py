@@ -52,8 +52,9 @@ TipAt = Callable[[Float[Array, "3"], Float[Array, "3"]], tuple[Tip, TipChange]]
 # Of the integration in the search under loads: the tip to 8e-6 of the length in the median, 1.4e-4 in 99 %
 # of states. What is returned is solved with more.
 _STEPS = 5
-# Part of the tolerance at which a search ends: 1 µm, or 1e-5 rad.
-_PART = 1e-2
+# Part of the tolerance at which a search ends: two or three steps before the rounding; under loads, at about
+# what the integration errs by.
+_PART, _LOADED_PART = 1e-3, 1e-2
 # How near the free rod has to come to the target of a loaded one, of the rod's length or in radians. It
 # cannot come all the way: three pressures reach hardly more than a surface.
 _NEAR = 0.1
@@ -262,7 +263,6 @@ def _seek(
     """Search, within a kernel; `order` of the faces, the likeliest first."""
     scale = _largest(domain)
     boxes = boxes_of(domain)
-    enough = (_PART * target.tolerance / target.unit) ** 2
     met = target.tolerance / target.unit
 
     def evaluate_with(tip_at: TipAt) -> Evaluate:
@@ -275,9 +275,13 @@ def _seek(
         return evaluate
 
     def search(
-        tip_at: TipAt, starts: Float[Array, "3 3"], order: Int[Array, "3"], within: Number
+        tip_at: TipAt, starts: Float[Array, "3 3"], order: Int[Array, "3"], within: Number, part: float
     ) -> tuple[Fit, Int[Array, ""]]:
-        """Best fit, and the face that it was found on or from; `within` a distance it is good enough."""
+        """Best fit, and the face that it was found on or from; `within` a distance it is good enough.
+
+        Each search on a face or in the domain ends at a `part` of the tolerance.
+        """
+        enough = (part * met) ** 2
         evaluate, cold = evaluate_with(tip_at), jnp.full_like(starts[0], jnp.nan)
 
         def unfinished(at: _Search) -> Bool[Array, ""]:
@@ -317,7 +321,7 @@ def _seek(
     faces = jax.tree.map(lambda leaf: leaf[:3], boxes)
     room = jnp.minimum(1.0, faces.total / jnp.sum(faces.upper, axis=1))
     starts = _START * room[:, None] * faces.upper
-    fit, face = search(free, starts, order, met if loads is None else _NEAR)
+    fit, face = search(free, starts, order, met if loads is None else _NEAR, _PART)
     if loads is None:
         return fit
     solver = FixedStep(_STEPS, tolerance=1e-8)
@@ -328,7 +332,7 @@ def _seek(
     order = jnp.stack(
         [face, jnp.where(face == first, second, first), jnp.where(face == third, second, third)]
     )
-    loaded, _ = search(under_loads, starts, order, met)
+    loaded, _ = search(under_loads, starts, order, met, _LOADED_PART)
     return loaded._replace(steps=loaded.steps + fit.steps)
 
 

@@ -10,10 +10,11 @@ from jaxtyping import Array, Bool, Float, Int
 
 from rodmodel._balance import Equilibrium, State
 from rodmodel._components import into_body, triple
-from rodmodel._follow import Reached, eliminate, scaled, shooting_jacobian
+from rodmodel._follow import Reached, scaled, shooting_jacobian
 from rodmodel._kernel import one_kernel
 from rodmodel._lie_solver import MuntheKaas
 from rodmodel._march import Nodes, march
+from rodmodel._small_systems import eliminate
 
 _MAX_ODE_STEPS = 256
 _MAX_SHOTS = 8

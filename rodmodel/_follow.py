@@ -15,15 +15,14 @@ from rodmodel._components import (
     apply,
     combine,
     cross,
-    dot,
     inverse,
     out_of_body,
     screw_by,
-    solve,
     triple,
 )
 from rodmodel._march import Nodes, base_state, march, step
 from rodmodel._second_variation import end_resists, no_fold
+from rodmodel._small_systems import solve_small
 
 _MAX_SHOTS = 512
 _SMALLEST_LOAD_STEP = 2.0**-16
@@ -343,7 +342,7 @@ def _shoot(
     columns = [jnp.concatenate([jnp.stack(part) for part in change]) for change in changes]
     jacobian = jnp.stack(columns, axis=1)
     missing = jnp.concatenate([jnp.stack(part) for part in imbalance])
-    correction, determinant = _solve(jacobian, missing)
+    correction, determinant = solve_small(jacobian, missing)
     stable = _is_stable(equilibrium, jacobian, determinant, variations, stable)
     return _Shot(correction, nodes, _Tangent(jacobian, stable))
 
@@ -351,7 +350,7 @@ def _shoot(
 def _check(equilibrium: Equilibrium, unknown: Float[Array, " n"], steps: int, tangent: _Tangent) -> _Shot:
     """Integrate from base to end, with the Jacobian of a shot nearby."""
     nodes, missing = march(equilibrium, unknown, steps)
-    return _Shot(_solve(tangent.jacobian, missing)[0], nodes, tangent)
+    return _Shot(solve_small(tangent.jacobian, missing)[0], nodes, tangent)
 
 
 def _is_stable(
@@ -375,35 +374,3 @@ def _put(nodes: Nodes, number: Int[Array, ""] | int, position: Triple, state: St
     return jax.tree.map(
         lambda all_rows, row: jax.lax.dynamic_update_index_in_dim(all_rows, row, number, 0), nodes, rows
     )
-
-
-def _solve(
-    matrix: Float[Array, "n n"], right: Float[Array, " n"]
-) -> tuple[Float[Array, " n"], Float[Array, ""]]:
-    """Solution and determinant of a small system."""
-    if matrix.shape[0] != 3:
-        return eliminate(matrix, right)
-    a, b, c = (triple(matrix[:, k]) for k in range(3))
-    return jnp.stack(solve((a, b, c), triple(right))), dot(a, cross(b, c))
-
-
-def eliminate(
-    matrix: Float[Array, "n n"], right: Float[Array, " n"]
-) -> tuple[Float[Array, " n"], Float[Array, ""]]:
-    """Solution of a small system and determinant, by elimination with row pivots.
-
-    LAPACK's would be a library call, which cannot be part of one kernel.
-    """
-    n = matrix.shape[0]
-    rows = jnp.concatenate([matrix, right[:, None]], axis=1)
-    determinant = jnp.ones((), matrix.dtype)
-    for k in range(n):
-        pivot = k + jnp.argmax(jnp.abs(rows[k:, k]))
-        chosen, here = rows[pivot], rows[k]
-        determinant = determinant * jnp.where(pivot == k, chosen[k], -chosen[k])
-        is_pivot = (jnp.arange(n) == pivot)[:, None]
-        rows = jnp.where(is_pivot, here, rows)
-        chosen = chosen / chosen[k]
-        others = rows - rows[:, k, None] * chosen
-        rows = jnp.where((jnp.arange(n) == k)[:, None], chosen, others)
-    return rows[:, n], determinant

@@ -44,11 +44,14 @@ $(PEERS): $(STAMP)
 	$(PIP) install -c constraints.txt --no-build-isolation -e ".[bench]"
 	@touch $@
 
+# A file's tests stay together: what one of them has compiled serves the next.
+PYTEST := $(BIN)/python -m pytest -n $(JOBS) --dist loadfile --durations 20
+
 test: lint docs
-	$(BIN)/python -m pytest -n $(JOBS)
+	$(PYTEST)
 
 test-slow: setup
-	$(BIN)/python -m pytest -n $(JOBS) -m slow
+	$(PYTEST) -m slow
 
 lint: setup
 	$(BIN)/ruff format --check .

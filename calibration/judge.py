@@ -1,8 +1,10 @@
 """The rod against runs of the full actuator, state by state."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -126,6 +128,15 @@ def _rod_of(case: str) -> Rod | None:
 def _solve(
     rod: Rod, pressure: np.ndarray, force: np.ndarray, gravity: np.ndarray, with_loads: bool
 ) -> dict[str, np.ndarray]:
+    rows = _solved(rod, jnp.asarray(pressure), jnp.asarray(force), jnp.asarray(gravity), with_loads)
+    return {key: np.asarray(value) for key, value in rows.items()}
+
+
+# The rod is an argument, so that all layouts whose laws are of one size are compiled once.
+@eqx.filter_jit
+def _solved(
+    rod: Rod, pressure: jax.Array, force: jax.Array, gravity: jax.Array, with_loads: bool
+) -> dict[str, jax.Array]:
     def one(p: jax.Array, f: jax.Array, g: jax.Array) -> dict[str, jax.Array]:
         force, gravity = (f, g) if with_loads else (None, None)
         s = rod.solve(p, force, None, gravity, throw=False, solver=_SOLVER)
@@ -139,22 +150,24 @@ def _solve(
             "in_domain": s.in_domain,
         }
 
-    rows = jax.jit(jax.vmap(one))(jnp.asarray(pressure), jnp.asarray(force), jnp.asarray(gravity))
-    return {key: np.asarray(value) for key, value in rows.items()}
+    return jax.vmap(one)(pressure, force, gravity)
 
 
-def judgement(verdict: Verdict, role: str) -> dict[str, Any]:
-    """Figures over the judged states of a role: median, 95th percentile and worst, and where that is.
+def judgement(verdict: Verdict, role: str, cases: Collection[str] | None = None) -> dict[str, Any]:
+    """Figures of a role's judged states, of some cases or all: median, 95th percentile, worst and where.
 
     ``tip_percent`` of the body's length and ``angle_deg`` up to 150°, without and with loads; ``plane_deg``;
     ``response_percent`` of the way that a tip force takes the tip; ``volume_mm3`` of the worst chamber;
     ``stated_bound_share`` : of states whose θ is within the rod's own bound.
     """
-    chosen = verdict.judged & (verdict.role == role)
+    asked = verdict.role == role
+    if cases is not None:
+        asked &= np.isin(verdict.case.astype(str), list(cases))
+    chosen = verdict.judged & asked
     upright = verdict.angle <= ANGLE_JUDGED
     volume = np.abs(verdict.volume).max(axis=1)
     result: dict[str, Any] = {
-        "states": int((verdict.role == role).sum()),
+        "states": int(asked.sum()),
         "judged": int(chosen.sum()),
         "cases": sorted(set(verdict.case[chosen])),
     }

@@ -33,6 +33,7 @@ def write_figures(
     drawn = {
         "parity.png": parity(held_out, off, length),
         "error-over-states.png": error_over_states(held_out, off, length),
+        "moment-curvature.png": moment_curvature(held_out, off, length),
     }
     if not isinstance(law, OrientedNetwork):
         drawn["angle-against-pressure.png"] = angle_against_pressure(law, everything, length)
@@ -123,7 +124,34 @@ def error_over_states(held_out: Samples, off: Deviations, length: float) -> Figu
     return figure
 
 
+def moment_curvature(held_out: Samples, off: Deviations, length: float) -> Figure:
+    """Along each held-out path with a moment: the moment over the bend and the twist, both axes of bending.
+
+    Pressures rise along a path while the moment goes from one random value to the next, so that curves turn
+    back: what counts is whether line and dots go together.
+    """
+    figure, axes = plt.subplots(1, 3, figsize=(13, 4.4), layout="constrained")
+    moved = np.linalg.norm(held_out.moment, axis=1) > NO_MOMENT
+    paths = [path for path in np.unique(held_out.path) if moved[held_out.path == path].any()][:_PATHS_SHOWN]
+    for number, path in enumerate(paths):
+        rows = held_out.path == path
+        pressure = " ".join(f"{p:.0f}" for p in held_out.pressure[rows][-1] / KPA)
+        for axis, k in zip(axes, range(3), strict=True):
+            turn, moment = np.rad2deg(length), 1e3 * held_out.moment[rows, k]
+            axis.plot(turn * off.curvature[rows, k], moment, f"C{number}-", lw=1)
+            axis.plot(
+                turn * held_out.curvature[rows, k], moment, f"C{number}o", ms=3, label=f"to {pressure} kPa"
+            )
+    for axis, name in zip(axes, ("bend about x", "bend about y", "twist"), strict=True):
+        axis.set(
+            xlabel=f"{name} over {1e3 * length:.0f} mm [deg]", ylabel="moment about the same axis [N mm]"
+        )
+    axes[2].legend(title="line: law, dots: cell", fontsize="small")
+    return figure
+
+
 _DASHES = ("-", "-", "--")
+_PATHS_SHOWN = 6
 
 
 def _degrees(curvature: np.ndarray, length: float) -> np.ndarray:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from calibration.cli import _fit_measured, _judge, _truth
+from calibration.cli import _fit_measured, _judge, _report, _truth
 from calibration.cli._arguments import (
     BAD_INPUT,
     GOOD,
@@ -23,6 +23,7 @@ from calibration.cli._arguments import (
     positive,
     refuse_unwritable,
 )
+from calibration.cli._files import read_dataset
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -122,6 +123,7 @@ def _fit(options: argparse.Namespace, command: str) -> int:
     from calibration.dataset import attributes
     from calibration.pipeline import Judged, fit_and_judge
     from calibration.provenance import code_version, sha256, today
+    from calibration.report import error_table
     from rodmodel import save_calibration
 
     dataset, domain = _dataset(options)
@@ -148,69 +150,28 @@ def _fit(options: argparse.Namespace, command: str) -> int:
     }
     save_calibration(calibration_of(outcome.law, outcome.domain, outcome.error, run, provenance), options.out)
     kept = outcome.domain.pressure_max
-    _tell(
-        options,
-        {
+    if options.json:
+        answer = {
             "file": options.out,
             "error": outcome.error,
             "training": outcome.training,
             "pressure_max_kpa": [1e-3 * p for p in kept],
-        },
-        outcome.error,
-    )
+        }
+        print(json.dumps(answer))
+    else:
+        print(error_table(outcome.error))
     if kept != domain.pressure_max and not options.json:
         largest = ", ".join(f"{1e-3 * p:g}" for p in kept)
         print(f"The law is stable up to {largest} kPa in chambers 1, 2, 3: its domain ends there.")
     return GOOD
 
 
-def _report(options: argparse.Namespace, command: str) -> int:
-    from calibration.dataset import attributes
-    from calibration.pipeline import compare_candidates, judge
-    from rodmodel import SectionLaw, read_calibration
-
-    dataset, _ = _dataset(options)
-    try:
-        calibration = read_calibration(options.file)
-    except ValueError as error:
-        raise BadInputError(str(error)) from error
-    law, run = calibration.section_law, attributes(dataset)
-    if isinstance(law, SectionLaw) and "orientations" in run:
-        raise BadInputError(
-            f"dataset: {options.dataset} holds sections of many orientations, expected those of the one of "
-            f"{options.file}"
-        )
-    length = run["geometry"]["body_length"]
-    figures = None if options.figures is None else Path(options.figures)
-    try:
-        found = judge(law, dataset, calibration.domain, length, figures)
-    except OSError as error:
-        raise BadInputError(
-            f"--figures: got {figures} ({error.strerror}), expected a writable directory"
-        ) from error
-    answer: dict[str, Any] = {"error": found}
-    if options.compare:
-        if not isinstance(law, SectionLaw):
-            raise BadInputError(
-                f"--compare: got {options.file}, a law of all orientations, expected one of a single one"
-            )
-        table = compare_candidates(law, dataset, calibration.domain, length, options.iterations, options.seed)
-        answer["comparison"] = table
-    _tell(options, answer, found)
-    if options.compare and not options.json:
-        print(answer["comparison"])
-    return GOOD
-
-
 def _dataset(options: argparse.Namespace) -> Any:
     """The dataset and the domain it was made for, narrowed where the command line says so."""
-    from calibration.dataset import DatasetError, attributes, load_dataset
+    from calibration.dataset import attributes
     from rodmodel import Domain
 
-    try:
-        dataset = load_dataset(Path(options.dataset))
-    except DatasetError as error:
-        raise BadInputError(str(error)) from error
+    dataset = read_dataset(options.dataset)
     made_for = attributes(dataset)["domain"]
     each, total = tuple(made_for["pressure_max"]), made_for["pressure_sum_max"]
     if getattr(options, "pressure_max_kpa", None) is not None:
@@ -218,12 +179,6 @@ def _dataset(options: argparse.Namespace) -> Any:
     if getattr(options, "pressure_sum_max_kpa", None) is not None:
         total = 1e3 * options.pressure_sum_max_kpa
     return dataset, Domain(each, total, made_for["moment_max"], made_for["torque_max"])
-
-
-def _tell(options: argparse.Namespace, answer: dict[str, Any], error: dict[str, Any]) -> None:
-    from calibration.report import error_table
-
-    print(json.dumps(answer) if options.json else error_table(error))
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -280,17 +235,8 @@ def _parser() -> argparse.ArgumentParser:
     _domain_options(fit, None, None)
     fit.set_defaults(command=_fit)
 
-    report = commands.add_parser("report", help="held-out errors of a calibration file, and figures")
-    report.add_argument("dataset", help="netCDF file of a run")
-    report.add_argument("file", help="calibration file")
-    report.add_argument("--figures", default=None, help="directory for PNG files")
-    report.add_argument(
-        "--compare", action="store_true", help="fit other forms of the law to the same states"
-    )
-    report.add_argument("--iterations", type=count, default=100, help="of the network that is compared")
-    report.add_argument("--seed", type=int, default=0, help="of the network that is compared")
-    report.set_defaults(command=_report)
-    measured, truth = _fit_measured.add_to(commands), _truth.add_to(commands)
+    report, measured = _report.add_to(commands), _fit_measured.add_to(commands)
+    truth = _truth.add_to(commands)
     for command in (run, fit, report, measured, truth, *_judge.add_to(commands)):
         command.add_argument("--json", action="store_true", help="one JSON object on stdout")
     return parser

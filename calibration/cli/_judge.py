@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from calibration.cli._arguments import GOOD, BadInputError, Parser, not_negative
+from calibration.cli._files import read_truth
 
 _ROWS = {
     "tip_percent": "tip, % of length",
@@ -60,7 +61,7 @@ def _ends(options: argparse.Namespace, command: str) -> int:
     from fem_reference import ActuatorGeometry
     from rodmodel import read_calibration, save_calibration
 
-    truth, geometry = _read(options.truth), ActuatorGeometry()
+    truth, geometry = read_truth(options.truth), ActuatorGeometry()
     told = options.end_compliance_mm_per_n
     compliance = END_COMPLIANCE if told is None else 1e-3 * told
     try:
@@ -116,7 +117,7 @@ def _ends(options: argparse.Namespace, command: str) -> int:
 def _judge(options: argparse.Namespace, command: str) -> int:
     from calibration.judge import compare_with_truth, judgement
 
-    found = judgement(compare_with_truth(_read(options.truth)), options.role)
+    found = judgement(compare_with_truth(read_truth(options.truth)), options.role)
     if options.json:
         print(json.dumps(found))
         return GOOD
@@ -133,12 +134,3 @@ def _judge(options: argparse.Namespace, command: str) -> int:
     if "stated_bound_share" in found:
         print(f"within the rod's own 90 % bound: {100.0 * found['stated_bound_share']:.0f} % of angles")
     return GOOD
-
-
-def _read(file: str) -> Any:
-    from calibration.truth import TruthError, load_truth
-
-    try:
-        return load_truth(Path(file))
-    except TruthError as error:
-        raise BadInputError(str(error)) from error

@@ -112,7 +112,12 @@ def test_report_repeats_the_figures_of_the_file_and_draws(calibrated, run_direct
     told = json.loads(capsys.readouterr().out)
     assert told["error"] == dict(rodmodel.read_calibration(calibrated).error)
     drawn = sorted(file.name for file in (tmp_path / "png").iterdir())
-    assert drawn == ["angle-against-pressure.png", "error-over-states.png", "parity.png"]
+    assert drawn == [
+        "angle-against-pressure.png",
+        "error-over-states.png",
+        "moment-curvature.png",
+        "parity.png",
+    ]
     assert all(file.read_bytes()[:4] == b"\x89PNG" for file in (tmp_path / "png").iterdir())
 
     assert main(arguments[:3]) == 0

@@ -1,0 +1,119 @@
+"""`rodmodel-calibrate report`: a law on states it has not seen; or all laws that ship, and their rods."""
+
+import argparse
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from calibration.cli._arguments import GOOD, BadInputError, Parser, count
+from calibration.cli._files import read_dataset, read_truth
+
+
+def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
+    """Add the command."""
+    report = commands.add_parser(
+        "report",
+        help="errors and figures of a calibration file; without one, of all that ship, and of their rods",
+    )
+    report.add_argument("dataset", nargs="?", help="netCDF file of a run")
+    report.add_argument("file", nargs="?", help="calibration file")
+    report.add_argument("--figures", default=None, metavar="DIR", help="directory for PNG files")
+    report.add_argument(
+        "--datasets",
+        default="calibration/datasets",
+        metavar="DIR",
+        help="where the datasets of the laws that ship are (default: %(default)s)",
+    )
+    report.add_argument(
+        "--truth",
+        default="tests/ground_truth/full_actuator.nc",
+        metavar="FILE",
+        help="runs of the full actuator that judge the rods (default: %(default)s)",
+    )
+    report.add_argument(
+        "--compare", action="store_true", help="fit other forms of the law to the same states"
+    )
+    report.add_argument("--iterations", type=count, default=100, help="of the network that is compared")
+    report.add_argument("--seed", type=int, default=0, help="of the network that is compared")
+    report.set_defaults(command=_report)
+    return report
+
+
+def _report(options: argparse.Namespace, command: str) -> int:
+    if options.dataset is None:
+        return _report_all(options)
+    if options.file is None:
+        raise BadInputError(f"file: got none with {options.dataset}, expected a calibration file")
+    from calibration.dataset import attributes
+    from calibration.pipeline import compare_candidates, judge
+    from calibration.report import error_table
+    from rodmodel import SectionLaw, read_calibration
+
+    dataset = read_dataset(options.dataset)
+    try:
+        calibration = read_calibration(options.file)
+    except ValueError as error:
+        raise BadInputError(str(error)) from error
+    law, run = calibration.section_law, attributes(dataset)
+    if isinstance(law, SectionLaw) and "orientations" in run:
+        raise BadInputError(
+            f"dataset: {options.dataset} holds sections of many orientations, expected those of the one of "
+            f"{options.file}"
+        )
+    length = run["geometry"]["body_length"]
+    figures = _directory(options)
+    try:
+        found = judge(law, dataset, calibration.domain, length, figures)
+    except OSError as error:
+        raise _unwritable(figures, error) from error
+    answer: dict[str, Any] = {"error": found}
+    if options.compare:
+        if not isinstance(law, SectionLaw):
+            raise BadInputError(
+                f"--compare: got {options.file}, a law of all orientations, expected one of a single one"
+            )
+        table = compare_candidates(law, dataset, calibration.domain, length, options.iterations, options.seed)
+        answer["comparison"] = table
+    print(json.dumps(answer) if options.json else error_table(found))
+    if options.compare and not options.json:
+        print(answer["comparison"])
+    return GOOD
+
+
+def _report_all(options: argparse.Namespace) -> int:
+    from calibration.dataset import DatasetError
+    from calibration.judge import compare_with_truth
+    from calibration.layouts_report import datasets_by_checksum, markdown, report_map, report_rods
+    from calibration.truth_plot import write_truth_figure
+    from rodmodel import shipped_calibrations
+
+    if options.compare:
+        raise BadInputError("--compare: got no dataset, expected one, and a calibration file")
+    truth, figures = read_truth(options.truth), _directory(options)
+    try:
+        datasets = datasets_by_checksum(Path(options.datasets))
+    except DatasetError as error:
+        raise BadInputError(f"--{error}") from error
+    try:
+        maps = [report_map(calibration, datasets, figures) for calibration in shipped_calibrations()]
+        verdict = compare_with_truth(truth)
+        if figures is not None:
+            write_truth_figure(verdict, figures / "rod-against-actuator.png")
+    except OSError as error:
+        raise _unwritable(figures, error) from error
+    rods = report_rods(verdict)
+    if options.json:
+        laws = [{**asdict(row.layout), "recomputed": row.recomputed, "error": row.error} for row in maps]
+        print(json.dumps({"maps": laws, "rods": rods}))
+    else:
+        print(markdown(maps, rods), end="")
+    return GOOD
+
+
+def _directory(options: argparse.Namespace) -> Path | None:
+    return None if options.figures is None else Path(options.figures)
+
+
+def _unwritable(directory: Path | None, error: OSError) -> BadInputError:
+    return BadInputError(f"--figures: got {directory} ({error.strerror}), expected a writable directory")

@@ -93,22 +93,31 @@ def title(layout: Layout) -> str:
 def markdown(maps: Sequence[MapReport], rods: Mapping[str, Mapping[str, Any]]) -> str:
     """Both tables, for people."""
     lines = [
+        "# Errors of maps and rods",
+        "",
+        "What `rodmodel-calibrate report` prints.",
+        "",
         "## Map against cell",
         "",
         "Held-out states: loading paths that no fit has seen. Median / 95th percentile / worst; angles over "
         "the body's length, moments and volumes as a part of their range over these states.",
         "",
-        "| law | pressures to [kPa] | free bending [deg] | with its plane [deg] | under moment [deg] "
-        "| moment, 95 % | volume, 95 % | free bending is worst at [kPa] |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+        "| law | pressures to [kPa] | ridges | states that train, on paths | held out, on paths "
+        "| free bending [deg] | with its plane [deg] | under moment [deg] | moment, 95 % | volume, 95 % "
+        "| free bending is worst at [kPa] |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for row in maps:
         domain = row.calibration.domain
         limits = ", ".join(f"{1e-3 * p:g}" for p in domain.pressure_max)
         worst = row.error["free_bending_angle_rad"].get("worst_at", {}).get("pressure_pa", [])
+        training = row.calibration.provenance.get("training", {})
         cells = [
             title(row.layout) + ("" if row.recomputed else " (as its file states)"),
             f"{limits}; {1e-3 * domain.pressure_sum_max:g} in sum",
+            str(training.get("ridges", "—")),
+            _counts(training),
+            _counts(row.error),
             *(
                 _three(row.error.get(key), math.degrees(1.0))
                 for key in ("free_bending_angle_rad", "free_bending_vector_rad", "loaded_bending_angle_rad")
@@ -142,6 +151,10 @@ def markdown(maps: Sequence[MapReport], rods: Mapping[str, Mapping[str, Any]]) -
         )
         lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
+
+
+def _counts(of: Mapping[str, Any]) -> str:
+    return f"{of['states']}, {of['paths']}" if "states" in of and "paths" in of else "—"
 
 
 def _three(row: Mapping[str, Any] | None, factor: float) -> str:

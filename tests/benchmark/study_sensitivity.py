@@ -1,15 +1,18 @@
 """What the bending angle depends on: the same pressures under other assumptions, cell and actuator.
 
-Run as ``python -m tests.benchmark.study_sensitivity``; it prints the tables of docs/actuator.md, row by row.
-Chamber 1 alone. The cell is that of the coarse mesh; the actuator has a thinner one, of 3 600 hexahedra, on
-which the changes are taken, not the angles.
+Run as ``python -m tests.benchmark.study_sensitivity [cell] [mesh] [actuator]``; it prints the tables of
+docs/actuator.md, row by row. Chamber 1 alone. The cell is that of the coarse mesh, or of others where that
+changes; the actuator has a thinner one, of 3 600 hexahedra, on which the changes are taken, not the
+angles. An asterisk: walls have snapped since the pressure before.
 """
 
+import argparse
 import dataclasses
 import math
 import time
 from collections.abc import Iterator
 
+from calibration.run import END_COMPLIANCE
 from fem_reference import (
     Actuator,
     ActuatorError,
@@ -24,66 +27,96 @@ from fem_reference import (
 )
 
 THIN = MeshLevel(4, 8, 2, 4, 1, 1, 1, 1.0)
-CELL_KPA, ACTUATOR_KPA = (20.0, 40.0, 60.0), (20.0, 40.0)
+PRESSURES_KPA = (20.0, 40.0, 60.0, 70.0)
+Found = tuple[float, bool]  # angle [deg], and whether walls have snapped on the way to it
 
 
-def variants() -> Iterator[tuple[str, dict, dict]]:
-    """Name, and the arguments that differ: of the cell and the actuator, and of the actuator alone."""
+def assumptions() -> Iterator[tuple[str, dict]]:
+    """Name, and the arguments that differ from the default's, of cell and actuator."""
     thread, material = Thread(), Ogden()
-    yield "default", {}, {}
+    yield "default", {}
     for factor in (0.1, 10.0):
         stiff = dataclasses.replace(thread, young_modulus=factor * thread.young_modulus)
-        yield f"thread's E times {factor:g}", {"thread": stiff}, {}
+        yield f"thread's E times {factor:g}", {"thread": stiff}
     for factor in (0.1, 10.0):
         bulky = dataclasses.replace(material, bulk_modulus=factor * material.bulk_modulus)
-        yield f"bulk modulus times {factor:g}", {"material": bulky}, {}
-    yield "thread coupled on its axis", {"thread": Thread(coupling="axis")}, {}
-    yield "cavity bonded to the rod at the outer face only", {}, {"bonded": "tip"}
-    yield "cavity bonded to the rod all along", {}, {"bonded": "all"}
+        yield f"bulk modulus times {factor:g}", {"material": bulky}
+    yield "thread coupled on its axis", {"thread": Thread(coupling="axis")}
 
 
-def cell_angles(**changes: object) -> Iterator[float]:
-    """Angle over 60 mm [deg] at each pressure."""
+def of_cell() -> Iterator[tuple[str, Iterator[Found]]]:
+    """Rows of the cell's table."""
+    for name, changes in assumptions():
+        yield name, cell_angles(**changes)
+    yield "silicone that slides as the ends let it", cell_angles(end_compliance=END_COMPLIANCE)
+
+
+def of_mesh() -> Iterator[tuple[str, Iterator[Found]]]:
+    """Rows of the table of meshes."""
+    for level in ("coarse", "medium", "paper"):
+        yield level, cell_angles(level=level)
+
+
+def of_actuator() -> Iterator[tuple[str, Iterator[Found]]]:
+    """Rows of the actuator's table: first the interface with the rod, which only it has."""
+    yield "default", actuator_angles()
+    yield "cavity bonded to the rod at the outer face only", actuator_angles(bonded="tip")
+    yield "cavity bonded to the rod all along", actuator_angles(bonded="all")
+    for name, changes in assumptions():
+        if changes:
+            yield name, actuator_angles(**changes)
+
+
+TABLES = {"cell": of_cell, "mesh": of_mesh, "actuator": of_actuator}
+
+
+def cell_angles(**changes: object) -> Iterator[Found]:
+    """Angle over 60 mm at each pressure."""
     cell = PeriodCell(**changes)
-    for state in follow(cell, [Load((1e3 * p, 0.0, 0.0)) for p in CELL_KPA]):
-        yield math.degrees(60e-3 * math.hypot(*state.curvature[:2]))
+    for state in follow(cell, [Load((1e3 * p, 0.0, 0.0)) for p in PRESSURES_KPA]):
+        yield math.degrees(60e-3 * math.hypot(*state.curvature[:2])), state.jumped
 
 
-def actuator_angles(**changes: object) -> Iterator[float]:
-    """Angle of the tip [deg] at each pressure."""
+def actuator_angles(**changes: object) -> Iterator[Found]:
+    """Angle of the tip at each pressure."""
     actuator = Actuator(level=THIN, **changes)
-    for state in actuator.follow([ActuatorLoad((1e3 * p, 0.0, 0.0)) for p in ACTUATOR_KPA]):
-        yield math.degrees(state.bending_angle)
+    for state in actuator.follow([ActuatorLoad((1e3 * p, 0.0, 0.0)) for p in PRESSURES_KPA]):
+        yield math.degrees(state.bending_angle), state.settled.jumped
 
 
-def row(name: str, angles: Iterator[float], reference: list[float]) -> list[float]:
-    """Print angles and their changes against the default's, with the time that they took."""
+def row(name: str, angles: Iterator[Found], reference: list[Found]) -> list[Found]:
+    """Print angles, or their changes against the reference's, with the time that they took."""
     start, found = time.perf_counter(), []
+    failure = ""
     try:
         found.extend(angles)
     except (ActuatorError, CellError) as error:
-        print(f"({name}: {error})")
-    cells = [
-        f"{angle:.2f}" + (f" ({100.0 * (angle / base - 1.0):+.2f} %)" if reference else "")
-        for angle, base in zip(found, reference or found, strict=False)
-    ]
-    print("| " + " | ".join([name, *cells, f"{time.perf_counter() - start:.0f} s"]) + " |", flush=True)
+        failure = f" ({error})"
+    cells = []
+    for (angle, jumped), (base, _) in zip(found, reference or found, strict=False):
+        told = f"{angle:.2f}°"
+        if reference:
+            told = f"{angle - base:+.2f}° ({100.0 * (angle / base - 1.0):+.2f} %)"
+        cells.append(told + ("*" if jumped else ""))
+    cells += ["not reached"] * (len(PRESSURES_KPA) - len(cells))
+    print(
+        "| " + " | ".join([name + failure, *cells, f"{time.perf_counter() - start:.0f} s"]) + " |", flush=True
+    )
     return found
 
 
 def main() -> None:
-    """Print both tables."""
-    print("cell, at", CELL_KPA, "kPa")
-    reference: list[float] = []
-    for name, changes, own in variants():
-        if not own:
-            found = row(name, cell_angles(**changes), reference)
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("tables", nargs="*", metavar="TABLE", help=f"of {', '.join(TABLES)} (default: all)")
+    options = parser.parse_args()
+    for table in options.tables or TABLES:
+        print(f"| {table} | " + " | ".join(f"{p:g} kPa" for p in PRESSURES_KPA) + " | time |")
+        print("|---" * (len(PRESSURES_KPA) + 2) + "|", flush=True)
+        reference: list[Found] = []
+        for name, angles in TABLES[table]():
+            found = row(name, angles, reference)
             reference = reference or found
-    print("actuator, at", ACTUATOR_KPA, "kPa")
-    reference = []
-    for name, changes, own in variants():
-        found = row(name, actuator_angles(**changes, **own), reference)
-        reference = reference or found
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """Each example runs as it stands."""
 
+import importlib.util
 import json
 import re
 import subprocess
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 import rodmodel
+from fem_reference import MeshLevel
 
 ROOT = Path(__file__).parents[2]
 
@@ -149,6 +151,37 @@ def test_00_moment_points_go_both_ways_from_the_free_state(tmp_path: Path) -> No
     # EI is 2.4e-4 to 2.5e-4 N m² at rest.
     assert on["curvature_per_m"][1] == pytest.approx(0.6e-3 / 2.45e-4, rel=0.05)
     assert back["curvature_per_m"][1] == pytest.approx(-on["curvature_per_m"][1], rel=0.05)
+
+
+def test_00_actuator_frames_keep_the_skin_of_each_state(tmp_path: Path) -> None:
+    """The first state of chamber 1, on a mesh of 1 800 hexahedra."""
+    spec = importlib.util.spec_from_file_location("frames", ROOT / "examples" / "00_actuator_frames.py")
+    assert spec is not None
+    assert spec.loader is not None
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    level = MeshLevel(4, 8, 2, 4, 1, 1, 1, 2.0)
+    script.follow("chamber1", tmp_path, level, last=1)
+    with np.load(tmp_path / "frames-chamber1.npz") as frames:
+        skin = frames["grain"] * frames["skin"][0]
+        assert frames["pressure"].tolist() == [[5e3, 0.0, 0.0]]
+        assert skin.shape[1] == level.around
+        # The base is a circle of 12 mm on the ground, the last ring is about the tip.
+        np.testing.assert_allclose(np.linalg.norm(skin[0], axis=1), 6e-3, atol=1e-5)
+        np.testing.assert_allclose(skin[-1].mean(axis=0), frames["tip"][0], atol=2e-5)
+        assert 3.0 < np.rad2deg(frames["angle"][0]) < 6.0
+    assert [file.name for file in tmp_path.iterdir()] == ["frames-chamber1.npz"]
+
+
+def test_11_animation_draws_rod_and_elements_and_tells_how_far_apart(tmp_path: Path) -> None:
+    moving, still = tmp_path / "moving.gif", tmp_path / "still.png"
+    told = run_example("11_animation.py", str(moving), str(still), "--every", "6")
+    apart = [float(line.split("%")[0].split()[-1]) for line in told.splitlines() if "apart where" in line]
+    # The rod's bar against the full actuator is 2 % of the length.
+    assert len(apart) == 2
+    assert max(apart) < 2.0
+    assert moving.read_bytes().startswith(b"GIF8")
+    assert still.read_bytes().startswith(b"\x89PNG")
 
 
 def test_10_moment_curvature_errs_by_less_than_held_out_states_do(tmp_path: Path) -> None:

@@ -22,15 +22,19 @@ LOADS = [
 ]
 
 
-# Orientation of the winding, and whether the law is that of this one or of all; the second has no path at
-# just this orientation.
-@pytest.fixture(scope="module", params=[(0.0, False), (0.35, True)], ids=["psi 0", "psi 20 of all"])
-def winding(request: pytest.FixtureRequest) -> tuple[float, bool]:
+# Orientation and pitch of the winding, and whether the law is that of this one or of all orientations; the
+# second has no path at just this orientation.
+@pytest.fixture(
+    scope="module",
+    params=[(0.0, 3e-3, False), (0.35, 3e-3, True), (0.0, 2e-3, False)],
+    ids=["psi 0", "psi 20 of all", "pitch 2"],
+)
+def winding(request: pytest.FixtureRequest) -> tuple[float, float, bool]:
     return request.param
 
 
 @pytest.fixture(scope="module")
-def states(winding: tuple[float, bool], calibration: rodmodel.Calibration) -> list[CellState]:
+def states(winding: tuple[float, float, bool], calibration: rodmodel.Calibration) -> list[CellState]:
     """Equilibria of the coarse cell, with the mesh and the ends of the calibration."""
     loads = [
         Load(tuple(1e3 * p for p in pressure), moment=tuple(1e-3 * m for m in moment))
@@ -38,15 +42,15 @@ def states(winding: tuple[float, bool], calibration: rodmodel.Calibration) -> li
     ]
     # Files of before the silicone could slide hold its length.
     compliance = calibration.provenance.get("end_compliance_m_per_n", 0.0)
-    cell = PeriodCell(winding=DoubleHelix(winding[0]), level="coarse", end_compliance=compliance)
+    cell = PeriodCell(winding=DoubleHelix(*winding[:2]), level="coarse", end_compliance=compliance)
     return list(follow(cell, loads))
 
 
 @pytest.fixture(scope="module")
-def calibration(winding: tuple[float, bool]) -> rodmodel.Calibration:
-    """The shipped file of the double helix of pitch 3 mm at ψ = 0, or of all orientations."""
-    psi, of_all = winding
-    wanted = ("double-helix", None if of_all else psi, 3e-3)
+def calibration(winding: tuple[float, float, bool]) -> rodmodel.Calibration:
+    """The shipped file of the winding, or of all its orientations."""
+    psi, pitch, of_all = winding
+    wanted = ("double-helix", None if of_all else psi, pitch)
     (found,) = (
         c for c in rodmodel.shipped_calibrations() if (c.layout.name, c.layout.psi, c.layout.pitch) == wanted
     )
@@ -54,7 +58,7 @@ def calibration(winding: tuple[float, bool]) -> rodmodel.Calibration:
 
 
 @pytest.fixture(scope="module")
-def law(winding: tuple[float, bool], calibration: rodmodel.Calibration) -> rodmodel.SectionLaw:
+def law(winding: tuple[float, float, bool], calibration: rodmodel.Calibration) -> rodmodel.SectionLaw:
     found = calibration.section_law
     return found.at_psi(winding[0]) if isinstance(found, rodmodel.OrientedNetwork) else found
 

@@ -25,6 +25,9 @@ def prediction_record(solution: Solution) -> dict[str, Any]:
         "converged": bool(solution.converged),
         "in_domain": bool(solution.in_domain),
         "error_estimate": {"bending_angle_deg": _degrees(solution.error_estimate)},
+        # The only one that section laws know: their domains end before walls snap.
+        "branch": "loading" if solution.in_domain else None,
+        "stable": bool(solution.stable),
     }
 
 
@@ -35,12 +38,16 @@ def prediction_text(record: dict[str, Any]) -> str:
         trust = "the moment in the rod is beyond the calibration: an extrapolation"
     else:
         trust = f"90 % of states within {error:.2g} deg of the FEM"
+    branch = (
+        "unknown" if record["branch"] is None else "loading: pressures have only risen, no wall has snapped"
+    )
     return "\n".join(
         [
             f"bending angle    {_row([record['bending_angle_deg']])} deg   ({trust})",
             f"bending plane    {_row([record['bending_plane_deg']])} deg",
             f"tip position     {_row(record['tip_position_mm'])} mm    (centre of the cap's outer face)",
             f"chamber volumes  {_row(record['chamber_volume_mm3'])} mm3",
+            f"branch              {branch}; the rod is {'stable' if record['stable'] else 'not stable'}",
         ]
     )
 

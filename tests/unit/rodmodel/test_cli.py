@@ -50,6 +50,8 @@ def test_json_is_one_object_of_the_agreed_keys_and_nothing_else(predict: Any) ->
         "converged",
         "in_domain",
         "error_estimate",
+        "branch",
+        "stable",
     ]
     solution = synthetic.rod(synthetic.bending_law()).solve([30e3, 5e3, 0.0])
     assert math.isclose(record["bending_angle_deg"], math.degrees(solution.bending_angle), rel_tol=1e-12)
@@ -57,6 +59,7 @@ def test_json_is_one_object_of_the_agreed_keys_and_nothing_else(predict: Any) ->
     np.testing.assert_allclose(record["tip_position_mm"], 1e3 * solution.tip_position, rtol=1e-12)
     np.testing.assert_allclose(record["chamber_volume_mm3"], 1e9 * solution.chamber_volume, rtol=1e-12)
     assert (record["converged"], record["in_domain"]) == (True, True)
+    assert (record["branch"], record["stable"]) == ("loading", True)
     assert math.isclose(record["error_estimate"]["bending_angle_deg"], math.degrees(0.016), rel_tol=1e-12)
 
 
@@ -179,7 +182,16 @@ def test_orientation_renumbers_the_chambers(predict: Any) -> None:
 def test_people_get_units_and_the_error(predict: Any) -> None:
     status, out, err = predict("--pressure-kpa", "30", "0", "0")
     assert (status, err) == (GOOD, "")
-    for wanted in ("bending angle", "deg", "tip position", "mm", "chamber volumes", "mm3", "within 0.92 deg"):
+    for wanted in (
+        "bending angle",
+        "deg",
+        "tip position",
+        "mm",
+        "chamber volumes",
+        "mm3",
+        "within 0.92 deg",
+        "loading",
+    ):
         assert wanted in out
 
 
@@ -188,6 +200,7 @@ def test_a_moment_beyond_the_calibration_is_said(predict: Any) -> None:
     record = json.loads(out)
     assert (status, record["converged"], record["in_domain"]) == (GOOD, True, False)
     assert record["error_estimate"] == {"bending_angle_deg": None}
+    assert record["branch"] is None
     _, out, _ = predict("--pressure-kpa", "30", "0", "0", "--tip-force-n", "0", "0.2", "0")
     assert "beyond the calibration" in out
 

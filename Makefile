@@ -17,12 +17,13 @@ EXAMPLES := $(filter-out examples/00_%,$(wildcard examples/[0-9]*.py))
 examples: setup
 	@set -e; for script in $(EXAMPLES); do echo "== $$script"; $(BIN)/python $$script; done
 
-# The points anew, from the finite elements: some tens of minutes. They take the place of those that ship once all are
+# The points and frames anew, from the finite elements: an hour or more. They take the place of those that ship once all are
 # there; a run that was stopped goes on.
 examples-full: setup
 	$(BIN)/python examples/00_cell_points.py build/cell_points.json
 	$(BIN)/python examples/00_moment_points.py build/moment_points.json
-	mv build/cell_points.json build/moment_points.json examples/data/
+	$(BIN)/python examples/00_actuator_frames.py build
+	mv build/cell_points.json build/moment_points.json build/frames-*.npz examples/data/
 	$(MAKE) examples
 
 # gmsh's wheel links against X and GL libraries of the system. Prediction needs none of them, so their absence is

@@ -1,11 +1,15 @@
 """What README and docs show runs, in a process of its own for each page, and what they link to is there."""
 
+import math
 import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+import rodmodel
+from calibration.layouts_report import title
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -37,3 +41,14 @@ def test_every_block_of_code_runs(page: Path, tmp_path: Path) -> None:
 def test_every_linked_file_is_there(page: Path) -> None:
     missing = [link for link in LINK.findall(page.read_text()) if not (page.parent / link).exists()]
     assert not missing
+
+
+def test_the_page_of_errors_is_of_the_laws_that_ship() -> None:
+    """Its figures are those of the files: made anew whenever a law is."""
+    rows = [line.split("|") for line in (ROOT / "docs" / "errors.md").read_text().splitlines() if "|" in line]
+    for calibration in rodmodel.shipped_calibrations():
+        name = title(calibration.layout)
+        (row,) = (row for row in rows if row[1].strip().removesuffix(" (as its file states)") == name)
+        angle = calibration.error["free_bending_angle_rad"]
+        stated = " / ".join(f"{math.degrees(angle[key]):.2f}" for key in ("median", "p95", "worst"))
+        assert stated in [cell.strip() for cell in row], name

@@ -3,7 +3,8 @@
 Two things are fitted to the unloaded states of the ``fit`` runs, and to nothing else. The compliance of the
 ends along the rod is that with which the cell has the curvature of the actuator's middle. With the cell of
 that compliance in the middle, five numbers of `rodmodel.Actuator` take the arc to the tip's pose: to its
-position and to that of a point half a body's length ahead of it. The cell is on the runs' mesh, so that
+position and to that of a point half a body's length ahead of it; a sixth takes the cell's chamber volumes to
+the actuator's. The cell is on the runs' mesh, so that
 neither the mesh nor a law's error goes into the numbers.
 """
 
@@ -59,6 +60,7 @@ class Ends:
     values, standard_errors : by the names of `rodmodel.Actuator`, SI units.
     before, after : root mean square of the tip's distance from that of the arc, without and with them [m].
     turn_before, turn_after : the same of the angle between the caps' axes [rad].
+    volume_before, volume_after : the same of a chamber's volume [m³].
     angle_median, angle_p90, angle_worst : of the error of the bending angle on runs that were left out in
         turn, the ends fitted to the others [rad].
     states : how many they were fitted to.
@@ -70,6 +72,8 @@ class Ends:
     after: float
     turn_before: float
     turn_after: float
+    volume_before: float
+    volume_after: float
     angle_median: float
     angle_p90: float
     angle_worst: float
@@ -95,7 +99,7 @@ def fit_compliance(truth: xr.Dataset, body_length: float, trial: float) -> Compl
     """
     chosen = _fit_states(truth)
     middle = body_length * chosen["middle_curvature"].values
-    held, given = (body_length * _per_rod(*cell_bending(chosen, c)) for c in (0.0, trial))
+    held, given = (body_length * _per_rod(*cell_bending(chosen, c)[:2]) for c in (0.0, trial))
     slope, gap = (given - held)[:, :2].ravel(), (middle - held)[:, :2].ravel()
     share = float(slope @ gap / (slope @ slope))
     left = gap - share * slope
@@ -146,7 +150,8 @@ def fit_ends(truth: xr.Dataset, body_length: float, cap_length: float, complianc
         Where the truth has no such state.
     """
     chosen = _fit_states(truth)
-    curvature, _ = cell_bending(chosen, compliance)
+    curvature, _, volume = cell_bending(chosen, compliance)
+    held, held_error, *volumes = _held_length(body_length, volume, chosen["volume"].values)
     actuator = _Poses(
         curvature,
         chosen["pressure"].values,
@@ -170,17 +175,35 @@ def fit_ends(truth: xr.Dataset, body_length: float, cap_length: float, complianc
         others, *_ = _least_squares(actuator.where(~left_out))
         unseen[left_out] = actuator.where(left_out).angle_errors(units * others)
     return Ends(
-        values=dict(zip(PARAMETERS, (units * x).tolist(), strict=True)),
-        standard_errors=dict(zip(PARAMETERS, errors.tolist(), strict=True)),
+        values={**dict(zip(PARAMETERS, (units * x).tolist(), strict=True)), "held_length": held},
+        standard_errors={**dict(zip(PARAMETERS, errors.tolist(), strict=True)), "held_length": held_error},
         before=before,
         after=after,
         turn_before=turn_before,
         turn_after=turn_after,
+        volume_before=volumes[0],
+        volume_after=volumes[1],
         angle_median=float(np.median(unseen)),
         angle_p90=float(np.percentile(unseen, 90, method="higher")),
         angle_worst=float(unseen.max()),
         states=chosen.sizes["state"],
     )
+
+
+def _held_length(
+    body_length: float, cell: Float[np.ndarray, "cells 3"], actuator: Float[np.ndarray, "states 3"]
+) -> tuple[float, float, float, float]:
+    """Length over which the ends hold the chambers at rest, its standard error [m], root mean squares [m³].
+
+    Volumes per length of the cell, at rest and then at the states [m²], and of the actuator [m³].
+    """
+    change = body_length * (cell[1:] - cell[0]).ravel()
+    excess = (body_length * cell[1:] - actuator).ravel()
+    share = float(change @ excess / (change @ change))
+    left = excess - share * change
+    error = float(np.sqrt(left @ left / (left.size - 1) / (change @ change)))
+    before, after = (float(np.sqrt(np.mean(part**2))) for part in (excess, left))
+    return share * body_length, error * body_length, before, after
 
 
 @dataclass(frozen=True)
@@ -272,18 +295,28 @@ def tip_between_ends(
 
 def cell_bending(
     states: xr.Dataset, compliance: float
-) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
-    """Free curvature [1/m] and stretch of the cell at the pressures of unloaded states, ends giving [m/N]."""
-    names = states["case"].values
+) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"], Float[np.ndarray, "n+1 3"]]:
+    """The cell at the pressures of unloaded states, its ends giving by the compliance [m/N].
+
+    Returns
+    -------
+    curvature, stretch : free [1/m], and of the silicone along the rod.
+    volume : of each chamber per length, at rest and then at the states [m²].
+    """
+    names, mesh = states["case"].values, states.attrs["mesh"]
     found: dict[int, CellState] = {}
     for name in dict.fromkeys(names):
         own = np.flatnonzero(names == name)
         loads = [Load((float(p), float(q), float(r))) for p, q, r in states["pressure"].values[own]]
-        mesh = states.attrs["mesh"]
         cell = PeriodCell(winding=case_of(name).winding, level=mesh, end_compliance=compliance)
         found.update(zip(own, follow(cell, loads), strict=True))
+    (rest,) = follow(cell, [Load((0.0, 0.0, 0.0))])
     ordered = [found[row] for row in range(len(names))]
-    return np.array([s.curvature for s in ordered]), np.array([s.stretch for s in ordered])
+    return (
+        np.array([s.curvature for s in ordered]),
+        np.array([s.stretch for s in ordered]),
+        np.array([s.volume for s in (rest, *ordered)]),
+    )
 
 
 def _per_rod(

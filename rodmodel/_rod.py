@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from rodmodel._bending import bending
-from rodmodel._ends import base_turn, cap_centre, tip_offset
+from rodmodel._ends import base_turn, cap_centre, is_zero, tip_offset
 from rodmodel._equilibria import Adaptive, FixedStep, Solver, solve_shape
 from rodmodel._follow import CONVERGED, UNSTABLE, Reached
 from rodmodel._inputs import all_finite, is_rotation, vector_of
@@ -330,7 +330,10 @@ class Rod(eqx.Module):
         return eqx.branched_error_if(solution, jnp.any(problems), jnp.argmax(problems), self._messages())
 
     def _chamber_volume(self, pressure: Float[Array, "3"], shape: Shape) -> Float[Array, "3"]:
-        """Volume −∂/∂p ∫ Π(u(s), p) ds at a fixed shape [m³]: one derivative for all sections."""
+        """Volume −∂/∂p ∫ Π(u(s), p) ds at a fixed shape [m³]: one derivative for all sections.
+
+        What the ends hold at its volume at rest takes its part of the change away.
+        """
         _, curvatures, weights = shape.samples()
         # The stiff end holds as much per length as the rest.
         weights = weights * (self.actuator.body_length / self.actuator.bending_length)
@@ -339,7 +342,13 @@ class Rod(eqx.Module):
             # Without the free curvature, which the law at a pressure comes with.
             return weights @ jax.vmap(self.section.potential, (0, None))(curvatures, pressure)
 
-        return -jax.jacfwd(potential)(pressure)
+        volume = -jax.jacfwd(potential)(pressure)
+        length, held = self.actuator.body_length, self.actuator.held_length
+        if is_zero(held):
+            return volume
+        none = jnp.zeros_like(pressure)
+        rest = length * self.section.volume(none, none)
+        return rest + (1.0 - held / length) * (volume - rest)
 
     def _messages(self) -> list[str]:
         limits = (*self.domain.pressure_max, self.domain.pressure_sum_max)

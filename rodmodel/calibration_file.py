@@ -5,7 +5,7 @@
      "actuator": {"body_length_m", "cap_length_m", "body_diameter_m",
                   "mass_per_length_kg_per_m", "cap_mass_kg", and, where known, "stiff_tip_m",
                   "base_turn_rad_per_pa", "base_lag_m", "tip_offset_m", "tip_offset_curvature_per_m",
-                  "shear_compliance_per_n"},
+                  "held_length_m", "shear_compliance_per_n"},
      "section_law": {"kind", "pressure_scale_pa", "curvature_scale_per_m", "energy_scale_n", "rest_volume_m2",
                      and the law's own arrays},
      "domain": {"pressure_max_pa" (three), "pressure_sum_max_pa", "moment_max_nm",
@@ -57,6 +57,7 @@ _ENDS = {
     "base_lag": "base_lag_m",
     "tip_offset": "tip_offset_m",
     "tip_offset_curvature": "tip_offset_curvature_per_m",
+    "held_length": "held_length_m",
     "shear_compliance": "shear_compliance_per_n",
 }
 
@@ -101,8 +102,9 @@ class Actuator(eqx.Module):
     Near base and cap, where the section cannot widen freely, the body bends less. The `stiff_tip` [m] before
     the cap does not bend at all. The base turns by `base_turn` [rad/Pa] with the pressures, less by the free
     turn of a length `base_lag` [m], and the cap lies beside the arc by up to `tip_offset` [m], by 71 % of
-    that at the `tip_offset_curvature` [1/m]: see [`rodmodel._ends`][]. Under a force, sections lean against
-    the axis by the `shear_compliance` [1/N] times its part across them; zero for a rod that does not shear.
+    that at the `tip_offset_curvature` [1/m]: see [`rodmodel._ends`][]. Over the `held_length` [m] of both ends
+    the chambers keep their volume. Under a force, sections lean against the axis by the `shear_compliance`
+    [1/N] times its part across them; zero for a rod that does not shear.
     """
 
     body_length: Number
@@ -115,6 +117,7 @@ class Actuator(eqx.Module):
     base_lag: Number = 0.0
     tip_offset: Number = 0.0
     tip_offset_curvature: Number = 1.0
+    held_length: Number = 0.0
     shear_compliance: Number = 0.0
 
     @property

@@ -26,6 +26,7 @@ _ENDS = {
     "stiff_tip": ("stiff tip", "mm", 1e3),
     "tip_offset": ("cap aside, at most", "mm", 1e3),
     "tip_offset_curvature": ("at about a curvature of", "1/m", 1.0),
+    "held_length": ("chambers held over", "mm", 1e3),
 }
 
 
@@ -106,6 +107,10 @@ def _ends(options: argparse.Namespace, command: str) -> int:
     print(
         f"the tip is off by {1e3 * ends.after:.2f} mm and {math.degrees(ends.turn_after):.2f} deg (root mean "
         f"square), without them by {1e3 * ends.before:.2f} mm and {math.degrees(ends.turn_before):.2f} deg"
+    )
+    print(
+        f"a chamber's volume is off by {1e9 * ends.volume_after:.0f} mm3 (root mean square), without what the "
+        f"ends hold by {1e9 * ends.volume_before:.0f} mm3"
     )
     print(
         f"angle on runs left out in turn: median {math.degrees(ends.angle_median):.2f}, 90 % within "

@@ -24,7 +24,19 @@ PLANTED = {
     "tip_offset": 2.2e-3,
     "tip_offset_curvature": 9.0,
 }
+HELD = 4.2e-3
 COMPLIANCE = 0.2e-3  # [m/N]
+# Of the cell's chambers per length, at rest and at the states [m²].
+VOLUME = 1e-6 * np.array(
+    [
+        [16.0, 16.0, 16.0],
+        [22.0, 12.0, 12.0],
+        [28.0, 8.0, 9.0],
+        [10.0, 21.0, 25.0],
+        [15.0, 24.0, 7.0],
+        [1.0, 30.0, 29.0],
+    ]
+)
 CURVATURE = np.array(
     [[0.0, -7.0, 0.5], [0.0, -20.0, 0.0], [4.0, 9.0, -1.0], [12.0, 0.0, 2.0], [0.0, 30.0, 0.0]]
 )
@@ -50,8 +62,8 @@ def truth_of(role="fit", **changed) -> xr.Dataset:
         "tip_rotation": (("state", "row", "column"), np.stack([rod, rod, axis], axis=2)),
         "middle_shear": (("state", "across"), rod[:, :2]),
         "middle_force": (("state", "across"), rod[:, :2]),
+        "volume": (("state", "chamber"), BODY * VOLUME[1:] - HELD * (VOLUME[1:] - VOLUME[0])),
         # None of these has a say in the ends.
-        "volume": (("state", "chamber"), rod),
         **{name: (("state",), np.zeros(count)) for name in ("bending_angle", "bending_plane", "residual")},
         "jumped": (("state",), np.zeros(count)),
         "stable": (("state",), np.ones(count, dtype=int)),
@@ -67,7 +79,7 @@ def known_cell(monkeypatch):
     """The cell bends as the actuator's middle, and by so much less as its ends give."""
 
     def bending(chosen, compliance):
-        return 1.01 * (1.0 - 10.0 * compliance) * CURVATURE, np.full(len(CURVATURE), 1.01)
+        return 1.01 * (1.0 - 10.0 * compliance) * CURVATURE, np.full(len(CURVATURE), 1.01), VOLUME
 
     monkeypatch.setattr(ends, "cell_bending", bending)
 
@@ -100,12 +112,14 @@ def test_the_compliance_of_the_ends_is_found(known_cell):
 def test_the_ends_are_found(known_cell):
     """Planted ones, to the tolerance of the least squares; with noise, within three standard errors."""
     found = ends.fit_ends(truth_of(), BODY, CAP, 0.0)
-    assert found.values == pytest.approx(PLANTED, rel=1e-6)
+    assert found.values == pytest.approx({**PLANTED, "held_length": HELD}, rel=1e-6)
     assert found.before > 1e-4 > 1e-9 > found.after
+    assert found.volume_before > 1e-8 > 1e-18 > found.volume_after
     noisy = truth_of()
     noisy["tip_position"] = noisy["tip_position"] + 2e-5 * np.random.default_rng(1).standard_normal((5, 3))
+    noisy["volume"] = noisy["volume"] + 2e-9 * np.random.default_rng(4).standard_normal((5, 3))
     found = ends.fit_ends(noisy, BODY, CAP, 0.0)
-    for name, planted in PLANTED.items():
+    for name, planted in {**PLANTED, "held_length": HELD}.items():
         assert 0.0 < found.standard_errors[name] < 0.2 * planted
         assert abs(found.values[name] - planted) < 3.0 * found.standard_errors[name]
 

@@ -91,6 +91,17 @@ def test_an_axis_that_goes_aside_has_no_kink() -> None:
     assert np.all(np.abs(steps - 1.0) < 1.5 * 2.4 / 14.0)
 
 
+def test_chambers_held_at_the_ends_change_their_volume_by_so_much_less() -> None:
+    held, free = rod_with(held_length=4.5e-3), rod_with()
+    rest = free.solve(jnp.zeros(3)).chamber_volume
+    np.testing.assert_allclose(held.solve(jnp.zeros(3)).chamber_volume, rest, rtol=1e-12)
+    change = free.solve(PRESSURE).chamber_volume - rest
+    found = held.solve(PRESSURE)
+    length = held.actuator.body_length
+    np.testing.assert_allclose(found.chamber_volume, rest + (1.0 - 4.5e-3 / length) * change, rtol=1e-12)
+    np.testing.assert_array_equal(found.tip_position, free.solve(PRESSURE).tip_position)
+
+
 @pytest.mark.parametrize("make", [turned, aside, both])
 def test_the_compliance_is_symmetric_and_that_of_differences(make) -> None:
     """An energy stands behind it: a force on a cap aside turns the body by its moment about its end."""

@@ -109,8 +109,8 @@ def _ends(options: argparse.Namespace, command: str) -> int:
         f"square), without them by {1e3 * ends.before:.2f} mm and {math.degrees(ends.turn_before):.2f} deg"
     )
     print(
-        f"a chamber's volume is off by {1e9 * ends.volume_after:.0f} mm3 (root mean square), without what the "
-        f"ends hold by {1e9 * ends.volume_before:.0f} mm3"
+        f"a chamber's volume is off by {1e9 * ends.volume_after:.0f} mm3 (root mean square), without what "
+        f"the ends hold by {1e9 * ends.volume_before:.0f} mm3"
     )
     print(
         f"angle on runs left out in turn: median {math.degrees(ends.angle_median):.2f}, 90 % within "

@@ -173,6 +173,17 @@ def test_00_actuator_frames_keep_the_skin_of_each_state(tmp_path: Path) -> None:
     assert [file.name for file in tmp_path.iterdir()] == ["frames-chamber1.npz"]
 
 
+def test_11_animation_draws_rod_and_elements_and_tells_how_far_apart(tmp_path: Path) -> None:
+    moving, still = tmp_path / "moving.gif", tmp_path / "still.png"
+    told = run_example("11_animation.py", str(moving), str(still), "--every", "4")
+    apart = [float(line.split("%")[0].split()[-1]) for line in told.splitlines() if "apart where" in line]
+    # The rod's bar against the full actuator is 2 % of the length.
+    assert apart
+    assert max(apart) < 2.0
+    assert moving.read_bytes().startswith(b"GIF8")
+    assert still.read_bytes().startswith(b"\x89PNG")
+
+
 def test_10_moment_curvature_errs_by_less_than_held_out_states_do(tmp_path: Path) -> None:
     drawn = tmp_path / "maps.png"
     rows = run_example("10_moment_curvature.py", str(drawn)).splitlines()[1:-1]

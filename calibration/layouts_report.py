@@ -21,12 +21,11 @@ class MapReport:
 
     Parameters
     ----------
-    layout, calibration : of the law.
+    calibration : of the law.
     error : held-out figures of `calibration.error.figures`.
     recomputed : from the dataset that the law was fitted to; else they are those that its file states.
     """
 
-    layout: Layout
     calibration: Calibration
     error: Mapping[str, Any]
     recomputed: bool
@@ -57,12 +56,12 @@ def report_map(calibration: Calibration, datasets: Mapping[str, Path], figures: 
     """
     file = datasets.get(calibration.provenance.get("dataset_sha256", ""))
     if file is None:
-        return MapReport(calibration.layout, calibration, calibration.error, recomputed=False)
+        return MapReport(calibration, calibration.error, recomputed=False)
     dataset = load_dataset(file)
     length = attributes(dataset)["geometry"]["body_length"]
     own = None if figures is None else figures / file.stem
     error = judge(calibration.section_law, dataset, calibration.domain, length, own)
-    return MapReport(calibration.layout, calibration, error, recomputed=True)
+    return MapReport(calibration, error, recomputed=True)
 
 
 def report_rods(verdict: Verdict) -> dict[str, dict[str, Any]]:
@@ -113,7 +112,7 @@ def markdown(maps: Sequence[MapReport], rods: Mapping[str, Mapping[str, Any]]) -
         worst = row.error["free_bending_angle_rad"].get("worst_at", {}).get("pressure_pa", [])
         training = row.calibration.provenance.get("training", {})
         cells = [
-            title(row.layout) + ("" if row.recomputed else " (as its file states)"),
+            title(row.calibration.layout) + ("" if row.recomputed else " (as its file states)"),
             f"{limits}; {1e-3 * domain.pressure_sum_max:g} in sum",
             str(training.get("ridges", "—")),
             _counts(training),

@@ -104,7 +104,10 @@ def _report_all(options: argparse.Namespace) -> int:
         raise _unwritable(figures, error) from error
     rods = report_rods(verdict)
     if options.json:
-        laws = [{**asdict(row.layout), "recomputed": row.recomputed, "error": row.error} for row in maps]
+        laws = [
+            {**asdict(row.calibration.layout), "recomputed": row.recomputed, "error": row.error}
+            for row in maps
+        ]
         print(json.dumps({"maps": laws, "rods": rods}))
     else:
         print(markdown(maps, rods), end="")

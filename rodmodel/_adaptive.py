@@ -13,7 +13,7 @@ from rodmodel._components import into_body, triple
 from rodmodel._follow import Reached, scaled, shooting_jacobian
 from rodmodel._kernel import one_kernel
 from rodmodel._lie_solver import MuntheKaas
-from rodmodel._march import Nodes, march
+from rodmodel._march import Nodes
 from rodmodel._small_systems import eliminate
 
 _MAX_ODE_STEPS = 256
@@ -48,14 +48,14 @@ def polish(equilibrium: Equilibrium, reached: Reached, nodes: int, tolerance: fl
 
     def jacobian_of(
         equilibrium: Equilibrium, unknown: Float[Array, " n"], scale: Float[Array, " n"]
-    ) -> Array:
+    ) -> tuple[Array, Nodes]:
         return shooting_jacobian(equilibrium, unknown, nodes, scale)
 
     def integrated(equilibrium: Equilibrium, unknown: Float[Array, " n"]) -> tuple[Nodes, Array]:
         return integrate(equilibrium, unknown, nodes, tolerance)
 
     # Once: the fixed steps ended so near that each correction is a thousandth of the last, if not less.
-    jacobian = one_kernel(jacobian_of, loaded, reached.unknown, reached.scale)
+    jacobian, stepped = one_kernel(jacobian_of, loaded, reached.unknown, reached.scale)
 
     def unfinished(at: _Polish) -> Bool[Array, ""]:
         return (at.size > tolerance) & (at.shots < _MAX_SHOTS) & at.improving
@@ -70,25 +70,20 @@ def polish(equilibrium: Equilibrium, reached: Reached, nodes: int, tolerance: fl
         return _Polish(unknown, found, size, at.shots + 1, improving)
 
     dtype = reached.unknown.dtype
-    n = nodes + 1
-    empty = Nodes(*(jnp.zeros((n, width), dtype) for width in (3, 4, 3)))
-    begin = _Polish(reached.unknown, empty, jnp.full((), jnp.inf, dtype), jnp.zeros((), int), jnp.array(True))
+    begin = _Polish(
+        reached.unknown,
+        Nodes.room(nodes, dtype),
+        jnp.full((), jnp.inf, dtype),
+        jnp.zeros((), int),
+        jnp.array(True),
+    )
     end = jax.lax.while_loop(unfinished, advance, begin)
 
-    def run(equilibrium: Equilibrium, unknown: Float[Array, " n"]) -> Nodes:
-        return march(equilibrium, unknown, nodes)[0]
-
-    def lost(at: _Polish) -> Bool[Array, ""]:
-        return at.improving & ~jnp.all(jnp.isfinite(at.nodes.positions))
-
-    def stepped(at: _Polish) -> _Polish:
-        found = one_kernel(run, loaded, reached.unknown)
-        return at._replace(unknown=reached.unknown, nodes=found, improving=jnp.array(False))
-
-    # A loop, which a batch in which all succeed does not enter, as it would both branches of a condition.
-    end = jax.lax.while_loop(lost, stepped, end._replace(improving=jnp.array(True)))
+    found = jnp.all(jnp.isfinite(end.nodes.positions))
+    unknown = jnp.where(found, end.unknown, reached.unknown)
+    kept: Nodes = jax.tree.map(lambda a, b: jnp.where(found, a, b), end.nodes, stepped)
     shots = reached.shots + end.shots
-    return reached._replace(unknown=end.unknown, nodes=end.nodes, shots=shots), end.size <= tolerance
+    return reached._replace(unknown=unknown, nodes=kept, shots=shots), end.size <= tolerance
 
 
 def integrate(

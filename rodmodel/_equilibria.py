@@ -6,7 +6,7 @@ from functools import partial
 import jax
 import jax.numpy as jnp
 from jax import custom_derivatives
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Int
 
 from rodmodel._balance import Equilibrium
 from rodmodel._components import triple
@@ -188,16 +188,21 @@ def _finely_jvp(
 
 def _follow_closely(equilibrium: Equilibrium, start: Float[Array, " n"] | None, tolerance: float) -> Reached:
     """Solve with few fixed steps, and with many where that fails: large loads make the rod turn sharply."""
-    few = _without_nodes(_follow(equilibrium, start, _FIRST_STEPS, tolerance))
 
-    def failed(at: tuple[Reached, Bool[Array, ""]]) -> Bool[Array, ""]:
-        return at[1] & (at[0].load_fraction < 1.0)
+    def run(equilibrium: Equilibrium, start: Float[Array, " n"] | None, taken: Float[Array, ""]) -> Reached:
+        # A kernel's arguments are all of one type.
+        return _without_nodes(follow(equilibrium, start, _NODES, tolerance, taken=taken.astype(int)))
 
-    def again(at: tuple[Reached, Bool[Array, ""]]) -> tuple[Reached, Bool[Array, ""]]:
-        return _without_nodes(_follow(equilibrium, start, _NODES, tolerance)), jnp.zeros_like(at[1])
+    def unfinished(at: tuple[Reached, Int[Array, ""]]) -> Bool[Array, ""]:
+        return (at[1] <= _NODES) & (at[0].load_fraction < 1.0)
 
-    # A loop, which a batch in which all succeed does not enter, as it would both branches of a condition.
-    reached: Reached = jax.lax.while_loop(failed, again, (few, jnp.array(True)))[0]
+    def again(at: tuple[Reached, Int[Array, ""]]) -> tuple[Reached, Int[Array, ""]]:
+        return one_kernel(run, equilibrium, start, at[1]), at[1] * (_NODES // _FIRST_STEPS)
+
+    nowhere = Reached.free(jnp.zeros(equilibrium.unknowns, equilibrium.law.free_curvature.dtype))
+    nowhere = nowhere._replace(load_fraction=jnp.zeros_like(nowhere.load_fraction))
+    # A loop, so that both are compiled as one.
+    reached: Reached = jax.lax.while_loop(unfinished, again, (nowhere, jnp.array(_FIRST_STEPS)))[0]
     return reached
 
 

@@ -20,7 +20,7 @@ from rodmodel._components import (
     screw_by,
     triple,
 )
-from rodmodel._march import Nodes, base_state, march, step
+from rodmodel._march import Nodes, base_state, march, put, step
 from rodmodel._second_variation import end_resists, no_fold
 from rodmodel._small_systems import solve_small
 
@@ -100,6 +100,7 @@ def follow(
     steps: int,
     tolerance: float,
     warm: Bool[Array, ""] | None = None,
+    taken: Int[Array, ""] | None = None,
 ) -> Reached:
     """Solve for the equilibrium that the rod reaches from its free shape as the loads grow in proportion.
 
@@ -111,9 +112,10 @@ def follow(
     equilibrium : equations and loads.
     start : where Newton's method is tried first, under the whole load, as after a small change of the loads.
         The equilibrium it leads to is taken, whether stable or not. If it leads to none, as without it.
-    steps : of the integration.
+    steps : of the integration, or how many there is room for.
     tolerance : on u L at the base [rad].
     warm : whether there is a start, where that is not known before.
+    taken : steps of the integration, where they are not known before: the last nodes are zero then.
 
     Returns
     -------
@@ -125,6 +127,7 @@ def follow(
     # A force that turns the end by about one, so that all unknowns are numbers near one.
     force_scale = law.expand(triple(law.free_curvature)).stiffness[0] / length**2
     scale = jnp.concatenate([jnp.ones(3, dtype), jnp.broadcast_to(force_scale, (3,))])[: equilibrium.unknowns]
+    fewer = steps // 2 if taken is None else taken // 2
 
     def unfinished(at: _Progress) -> Bool[Array, ""]:
         possible = (at.step >= _SMALLEST_LOAD_STEP) & (at.reached.shots < _MAX_SHOTS)
@@ -140,8 +143,10 @@ def follow(
         rough = jnp.array(steps > 1) & (reached.shots == 0) & ~at.warm
         shot = jax.lax.cond(
             at.sure,
-            lambda loaded: _check(loaded, at.guess, steps, at.tangent),
-            lambda loaded: _shoot(loaded, at.guess, steps, scale, jnp.where(rough, steps // 2, steps)),
+            lambda loaded: _check(loaded, at.guess, steps, taken, at.tangent),
+            lambda loaded: _shoot(
+                loaded, at.guess, steps, scale, jnp.where(rough, fewer, steps if taken is None else taken)
+            ),
             scaled(equilibrium, target),
         )
         correction = -shot.correction
@@ -186,14 +191,19 @@ def follow(
             sure=sure,
         )
 
-    return jax.lax.while_loop(unfinished, advance, _begin(equilibrium, start, steps, warm)).reached
+    begin = _begin(equilibrium, start, steps, warm)
+    if taken is not None:
+        turns = jnp.where(jnp.arange(steps + 1)[:, None] <= taken, begin.reached.nodes.turns, 0.0)
+        begin = eqx.tree_at(lambda b: b.reached.nodes.turns, begin, turns)
+    return jax.lax.while_loop(unfinished, advance, begin).reached
 
 
 def shooting_jacobian(
     equilibrium: Equilibrium, unknown: Float[Array, " n"], steps: int, scale: Float[Array, " n"]
-) -> Float[Array, "n n"]:
-    """Derivative of the imbalance at the end by the unknowns over their scales."""
-    return _shoot(equilibrium, unknown, steps, scale).tangent.jacobian
+) -> tuple[Float[Array, "n n"], Nodes]:
+    """Derivative of the imbalance at the end by the unknowns over their scales, and the nodes."""
+    shot = _shoot(equilibrium, unknown, steps, scale)
+    return shot.tangent.jacobian, shot.nodes
 
 
 def scaled(equilibrium: Equilibrium, fraction: Float[Array, ""]) -> Equilibrium:
@@ -332,11 +342,11 @@ def _shoot(
         state, shift, after = step(equilibrium, fraction, size, state, follower, before, follower_variations)
         position = combine((1.0, position), (1.0, shift))
         stable = stable & ((number == 0) | no_fold(before, frame, after, state.quaternion))
-        return position, state, after, stable, _put(nodes, number + 1, position, state)
+        return position, state, after, stable, put(nodes, number + 1, position, state)
 
     start = base_state(triple(unknown[:3]))
-    nodes = Nodes(*(jnp.zeros((steps + 1, width), dtype) for width in (3, 4, 3)))
-    begin = (none, start, variations, jnp.array(True), _put(nodes, 0, none, start))
+    nodes = put(Nodes.room(steps, dtype), 0, none, start)
+    begin = none, start, variations, jnp.array(True), nodes
     _, end, variations, stable, nodes = jax.lax.fori_loop(0, count, along, begin)
     imbalance, changes = equilibrium.linearised_imbalance(end, follower, variations, follower_variations)
     columns = [jnp.concatenate([jnp.stack(part) for part in change]) for change in changes]
@@ -347,9 +357,15 @@ def _shoot(
     return _Shot(correction, nodes, _Tangent(jacobian, stable))
 
 
-def _check(equilibrium: Equilibrium, unknown: Float[Array, " n"], steps: int, tangent: _Tangent) -> _Shot:
+def _check(
+    equilibrium: Equilibrium,
+    unknown: Float[Array, " n"],
+    steps: int,
+    taken: Int[Array, ""] | None,
+    tangent: _Tangent,
+) -> _Shot:
     """Integrate from base to end, with the Jacobian of a shot nearby."""
-    nodes, missing = march(equilibrium, unknown, steps)
+    nodes, missing = march(equilibrium, unknown, steps, taken)
     return _Shot(solve_small(tangent.jacobian, missing)[0], nodes, tangent)
 
 
@@ -367,10 +383,3 @@ def _is_stable(
     loads = equilibrium.loads
     conservative = jnp.all(loads.end_moment == 0.0) & jnp.all(loads.follower_moment == 0.0)
     return jnp.where(conservative, apart & end_resists(variations, jacobian), no_branching)
-
-
-def _put(nodes: Nodes, number: Int[Array, ""] | int, position: Triple, state: State) -> Nodes:
-    rows = Nodes(*map(jnp.stack, (position, *state)))
-    return jax.tree.map(
-        lambda all_rows, row: jax.lax.dynamic_update_index_in_dim(all_rows, row, number, 0), nodes, rows
-    )

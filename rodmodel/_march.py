@@ -5,7 +5,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from rodmodel._balance import Equilibrium, State, Variation
 from rodmodel._components import (
@@ -33,6 +33,11 @@ class Nodes(NamedTuple):
     quaternions: Float[Array, "nodes 4"]
     turns: Float[Array, "nodes 3"]
     """u L, body frame."""
+
+    @classmethod
+    def room(cls, steps: int, dtype: jnp.dtype) -> "Nodes":
+        """Room for the nodes of so many steps, filled with zeros."""
+        return cls(*(jnp.zeros((steps + 1, width), dtype) for width in (3, 4, 3)))
 
 
 def step(
@@ -145,12 +150,19 @@ def base_state(turn: Triple) -> State:
     return State((one, zero, zero, zero), turn)
 
 
-def march(equilibrium: Equilibrium, unknown: Float[Array, " n"], steps: int) -> tuple[Nodes, Array]:
+def march(
+    equilibrium: Equilibrium,
+    unknown: Float[Array, " n"],
+    steps: int,
+    taken: Int[Array, ""] | None = None,
+) -> tuple[Nodes, Array]:
     """Integrate from base to end.
 
     Parameters
     ----------
     unknown : u L at the base; after it, where there is a follower force, that force in the base frame [N].
+    steps : how many there is room for.
+    taken : how many there are, where fewer: the last nodes are zero then.
 
     Returns
     -------
@@ -158,19 +170,27 @@ def march(equilibrium: Equilibrium, unknown: Float[Array, " n"], steps: int) -> 
     imbalance : at the end.
     """
     follower = triple(unknown[3:]) if equilibrium.unknowns == 6 else None
-    size = 1.0 / steps
+    count = steps if taken is None else taken
+    size = 1.0 / steps if taken is None else 1.0 / taken.astype(unknown.dtype)
 
-    def along(at: tuple[Triple, State], number: Array) -> tuple[tuple[Triple, State], Nodes]:
-        position, state = at
+    def along(number: Int[Array, ""], at: tuple[Triple, State, Nodes]) -> tuple[Triple, State, Nodes]:
+        position, state, nodes = at
         fraction = size * number.astype(unknown.dtype)
         state, shift, _ = step(equilibrium, fraction, size, state, follower, [], [])
         position = combine((1.0, position), (1.0, shift))
-        return (position, state), Nodes(*map(jnp.stack, (position, *state)))
+        return position, state, put(nodes, number + 1, position, state)
 
     start = base_state(triple(unknown[:3]))
     zero = jnp.zeros_like(unknown[0])
-    first = (zero, zero, zero), start
-    (_, end), nodes = jax.lax.scan(along, first, jnp.arange(steps))
-    base = Nodes(*map(jnp.stack, ((zero, zero, zero), *start)))
-    nodes = jax.tree.map(lambda one, others: jnp.concatenate([one[None], others]), base, nodes)
+    none = zero, zero, zero
+    nodes = put(Nodes.room(steps, unknown.dtype), 0, none, start)
+    _, end, nodes = jax.lax.fori_loop(0, count, along, (none, start, nodes))
     return nodes, jnp.concatenate([jnp.stack(part) for part in equilibrium.end_imbalance(end, follower)])
+
+
+def put(nodes: Nodes, number: Int[Array, ""] | int, position: Triple, state: State) -> Nodes:
+    """Nodes with one of them set."""
+    rows = Nodes(*map(jnp.stack, (position, *state)))
+    return jax.tree.map(
+        lambda all_rows, row: jax.lax.dynamic_update_index_in_dim(all_rows, row, number, 0), nodes, rows
+    )

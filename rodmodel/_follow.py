@@ -56,11 +56,11 @@ class Reached(NamedTuple):
     """What makes the unknowns numbers near one."""
 
     @classmethod
-    def free(cls, turn: Float[Array, "3"]) -> "Reached":
+    def free(cls, unknown: Float[Array, " n"]) -> "Reached":
         """Rod without loads, as an arc: nothing was solved."""
-        none, one = jnp.zeros((), int), jnp.ones((), turn.dtype)
-        empty = Nodes(*(jnp.zeros((0, width), turn.dtype) for width in (3, 4, 3)))
-        return cls(turn, empty, one, none, none, jnp.array(True), none + CONVERGED, jnp.ones_like(turn))
+        none, one = jnp.zeros((), int), jnp.ones((), unknown.dtype)
+        empty = Nodes(*(jnp.zeros((0, width), unknown.dtype) for width in (3, 4, 3)))
+        return cls(unknown, empty, one, none, none, jnp.array(True), none + CONVERGED, jnp.ones_like(unknown))
 
 
 class _Tangent(NamedTuple):

@@ -35,6 +35,13 @@ class RunPlan:
     orientations: tuple[float, float] | None = None
     """Least and largest ψ [rad] where every path has its own; that of the winding is then of no account."""
 
+    def __post_init__(self) -> None:
+        if any(self.geometry.outer_wall_variation):
+            raise ValueError(
+                f"geometry: got an outer_wall_variation of {self.geometry.outer_wall_variation}, expected "
+                "none: a law has the symmetry of a section with equal walls"
+            )
+
     @property
     def mirror(self) -> bool:
         """Whether the section is its own mirror image in the plane of chamber 1."""
@@ -47,11 +54,13 @@ class RunPlan:
     def description(self) -> dict[str, Any]:
         """All of it as JSON, for the run directory and the attributes of the dataset."""
         own = {} if self.orientations is None else {"orientations": list(self.orientations)}
+        lengths = asdict(self.geometry)
+        del lengths["outer_wall_variation"]
         return {
             **own,
             "layout": self.winding.name,
             "winding": asdict(self.winding),
-            "geometry": asdict(self.geometry),
+            "geometry": lengths,
             "body_area_m2": self.geometry.body_area,
             "mesh": self.level,
             "end_compliance": self.end_compliance,

@@ -21,11 +21,14 @@ class ActuatorGeometry:
     outer_wall, inner_wall, partition_wall : wall thicknesses [m].
     body_length, cap_length : length of the chambers and of the solid cap beyond them [m].
     winding_diameter : diameter of the cylinder that the thread lies on [m].
+    outer_wall_variation : by which part the outer wall of each chamber is thicker than ``outer_wall``, as in
+        a tube whose cores sit aside; from the inside, the tube's outside being round.
 
     Raises
     ------
     ValueError
-        For a length that is not positive and finite, and for walls that leave no chamber.
+        For a length that is not positive and finite, a variation that is not three numbers above -1, and for
+        walls that leave no chamber.
 
     References
     ----------
@@ -40,16 +43,25 @@ class ActuatorGeometry:
     body_length: float = 60e-3
     cap_length: float = 6e-3
     winding_diameter: float = 11.2e-3
+    outer_wall_variation: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
+            if field.name == "outer_wall_variation":
+                continue
             if not (isinstance(value, int | float) and math.isfinite(value) and value > 0.0):
                 raise ValueError(f"{field.name}: got {value!r}, expected a positive finite length in metres")
-        inner, outer = self.chamber_inner_radius, self.chamber_outer_radius
+        variation = np.asarray(self.outer_wall_variation, dtype=float)
+        if variation.shape != (3,) or not np.all(np.isfinite(variation) & (variation > -1.0)):
+            raise ValueError(
+                f"outer_wall_variation: got {self.outer_wall_variation!r}, expected three finite numbers "
+                "above -1: parts of the outer wall"
+            )
+        inner, outer = self.chamber_inner_radius, min(self.chamber_outer_radii)
         if inner >= outer:
             raise ValueError(
-                f"outer_wall and inner_wall: got {self.outer_wall * 1e3:g} mm and "
+                f"outer_wall and inner_wall: got {(self.body_diameter / 2.0 - outer) * 1e3:g} mm and "
                 f"{self.inner_wall * 1e3:g} mm, which leave no chamber between radius {inner * 1e3:g} mm and "
                 f"{outer * 1e3:g} mm; expected thinner walls"
             )
@@ -60,6 +72,7 @@ class ActuatorGeometry:
                 f"partition_wall: got {self.partition_wall * 1e3:g} mm, which closes the chambers; expected "
                 f"less than {widest * 1e3:g} mm for an inner chamber radius of {inner * 1e3:g} mm"
             )
+        outer = max(self.chamber_outer_radii)
         if not outer < self.winding_diameter / 2.0 < self.body_diameter / 2.0:
             raise ValueError(
                 f"winding_diameter: got {self.winding_diameter * 1e3:g} mm, expected between "
@@ -73,8 +86,16 @@ class ActuatorGeometry:
 
     @property
     def chamber_outer_radius(self) -> float:
-        """Radius of a chamber's outer arc [m]."""
+        """Radius of a chamber's outer arc under an outer wall without variation [m]."""
         return self.body_diameter / 2.0 - self.outer_wall
+
+    @property
+    def chamber_outer_radii(self) -> tuple[float, float, float]:
+        """Radius of each chamber's outer arc [m]."""
+        first, second, third = (
+            self.body_diameter / 2.0 - self.outer_wall * (1.0 + v) for v in self.outer_wall_variation
+        )
+        return first, second, third
 
     def chamber_half_angle(self, radius: float) -> float:
         """Half the angle that a chamber spans at ``radius`` [rad]."""
@@ -82,7 +103,11 @@ class ActuatorGeometry:
 
     @property
     def chamber_area(self) -> float:
-        """Cross-section of one chamber [m²], in closed form."""
+        """Cross-section of a chamber under an outer wall without variation [m²]."""
+        return self._area_within(self.chamber_outer_radius)
+
+    def _area_within(self, outer_radius: float) -> float:
+        """Cross-section of a chamber with this radius of its outer arc [m²], in closed form."""
 
         def half_sector(radius: float) -> float:
             # ∫ r·(60° − asin(t/2r)) dr; the antiderivative of r·asin(c/r) is (r² asin(c/r) + c √(r² − c²))/2.
@@ -91,13 +116,13 @@ class ActuatorGeometry:
                 radius**2 * math.asin(c / radius) + c * math.sqrt(radius**2 - c**2)
             )
 
-        return 2.0 * (half_sector(self.chamber_outer_radius) - half_sector(self.chamber_inner_radius))
+        return 2.0 * (half_sector(outer_radius) - half_sector(self.chamber_inner_radius))
 
     @property
     def body_area(self) -> float:
         """Silicone cross-section of the body [m²]: the tube less the cavity and the chambers."""
         ring = math.pi / 4.0 * (self.body_diameter**2 - self.cavity_diameter**2)
-        return ring - 3.0 * self.chamber_area
+        return ring - sum(map(self._area_within, self.chamber_outer_radii))
 
 
 def as_vector(name: str, value: object, unit: str) -> np.ndarray:

@@ -125,38 +125,41 @@ def _blocks(
 ) -> tuple[list[int], list[list[int]], dict[str, list[int]]]:
     """Build the blocks: surfaces of the silicone and of each chamber, and the curves of each boundary."""
     geo = gmsh.model.geo
-    radii = [
-        geometry.cavity_diameter / 2.0,
-        geometry.chamber_inner_radius,
-        geometry.chamber_outer_radius,
-        geometry.winding_diameter / 2.0,
-        geometry.body_diameter / 2.0,
+    inner, rest = geometry.chamber_inner_radius, geometry.chamber_outer_radius
+    # Of each ring, the radius at each chamber, and that at which the partitions' sides cut it.
+    rings = [
+        ((geometry.cavity_diameter / 2.0,) * 3, (inner,) * 3),
+        ((inner,) * 3, (inner,) * 3),
+        (geometry.chamber_outer_radii, geometry.chamber_outer_radii),
+        ((geometry.winding_diameter / 2.0,) * 3, (rest,) * 3),
+        ((geometry.body_diameter / 2.0,) * 3, (rest,) * 3),
     ]
-    radii = [r * MILLIMETRE for r in radii]
-    half_inner = geometry.chamber_half_angle(geometry.chamber_inner_radius)
-    half_outer = geometry.chamber_half_angle(geometry.chamber_outer_radius)
-    half_angles = [half_inner, half_inner, half_outer, half_outer, half_outer]
     centre = geo.addPoint(0.0, 0.0, 0.0)
 
     # Corner (ring, k, side): on ring's radius, at the edge of chamber k; side 0 before its centre, 1 after.
     corner = {}
-    for ring, (radius, half) in enumerate(zip(radii, half_angles, strict=True)):
-        for k in range(3):
+    for ring, (radii, cuts) in enumerate(rings):
+        for k, (radius, cut) in enumerate(zip(radii, cuts, strict=True)):
+            half = geometry.chamber_half_angle(cut)
             for side, sign in enumerate((-1.0, 1.0)):
                 azimuth = 2.0 * math.pi / 3.0 * k + sign * half
-                corner[ring, k, side] = geo.addPoint(
-                    radius * math.cos(azimuth), radius * math.sin(azimuth), 0.0
-                )
+                x, y = (radius * MILLIMETRE * part for part in (math.cos(azimuth), math.sin(azimuth)))
+                corner[ring, k, side] = geo.addPoint(x, y, 0.0)
 
     def arcs(ring: int, chamber: int, partition: int) -> list[int]:
-        """Arcs around one ring in order: chamber 1, partition 1–2, chamber 2 and so on."""
+        """Arcs around one ring in order: chamber 1, partition 1–2, chamber 2 and so on.
+
+        Between chambers of different radii it is a straight line.
+        """
         curves = []
+        radii = rings[ring][0]
         for k in range(3):
-            for start, end, count in (
-                (corner[ring, k, 0], corner[ring, k, 1], chamber),
-                (corner[ring, k, 1], corner[ring, (k + 1) % 3, 0], partition),
+            after = (k + 1) % 3
+            for start, end, count, round_ in (
+                (corner[ring, k, 0], corner[ring, k, 1], chamber, True),
+                (corner[ring, k, 1], corner[ring, after, 0], partition, radii[k] == radii[after]),
             ):
-                curve = geo.addCircleArc(start, centre, end)
+                curve = geo.addCircleArc(start, centre, end) if round_ else geo.addLine(start, end)
                 geo.mesh.setTransfiniteCurve(curve, count + 1)
                 curves.append(curve)
         return curves

@@ -45,6 +45,13 @@ def add_actuator(add: Callable[..., Any]) -> None:
     add("--elements", default="coarse", help=f"mesh level: {', '.join(LEVELS)} (default: %(default)s)")
     for flag in _WALLS:
         add(flag, nargs="+", metavar="T", help=f"thickness of the {_WALLS[flag].replace('_', ' ')} [mm]")
+    add(
+        "--outer-wall-variation",
+        nargs="+",
+        default=["0", "0", "0"],
+        metavar="V",
+        help="V1 V2 V3: by which part the outer wall of each chamber is thicker (default: 0 0 0)",
+    )
 
 
 def read_winding(options: argparse.Namespace) -> Winding:
@@ -64,7 +71,8 @@ def read_geometry(options: argparse.Namespace) -> ActuatorGeometry:
         for flag, name in _WALLS.items()
         if getattr(options, f"{name}_mm") is not None
     }
-    return ActuatorGeometry(**walls)
+    first, second, third = numbers("--outer-wall-variation", options.outer_wall_variation, 3, "-")
+    return ActuatorGeometry(**walls, outer_wall_variation=(first, second, third))
 
 
 def numbers(flag: str, came: Sequence[str], count: int, unit: str) -> list[float]:
@@ -108,6 +116,7 @@ def with_flags(message: str) -> str:
         "end_compliance": "--end-compliance-mm-per-n",
         "density": "--density-kg-per-m3",
         "run": "--run",
+        "outer_wall_variation": "--outer-wall-variation",
     }
     name, _, rest = message.partition(":")
     return f"{flags.get(name, name)}:{rest}"

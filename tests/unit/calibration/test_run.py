@@ -19,6 +19,11 @@ def test_a_run_with_more_paths_adds_its_command_and_one_that_is_taken_up_does_no
     assert json.loads((tmp_path / "run.json").read_text()) == found
 
 
+def test_a_section_without_symmetry_has_no_plan():
+    with pytest.raises(ValueError, match=r"^geometry: got an outer_wall_variation of \(0.1, 0.0, 0.0\)"):
+        replace(PLAN, geometry=ActuatorGeometry(outer_wall_variation=(0.1, 0.0, 0.0)))
+
+
 def test_a_run_of_another_plan_is_refused(tmp_path):
     open_run(tmp_path, PLAN, "run", {})
     with pytest.raises(RunError, match="holds a run with seed 0, this one has 1"):

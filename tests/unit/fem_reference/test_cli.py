@@ -85,6 +85,8 @@ def test_every_layout_is_taken_and_drawn(layout, lines, tmp_path, capsys):
         ([*QUICK[1:], "--pitch-mm", "0"], "--pitch-mm", "0.0"),
         ([*QUICK[1:], "--inner-wall-mm", "5"], "inner_wall", "5 mm"),
         ([*QUICK[1:], "--partition-wall-mm", "6"], "partition_wall", "6 mm"),
+        ([*QUICK[1:], "--outer-wall-variation", "0.1", "0"], "--outer-wall-variation", "'0.1 0'"),
+        ([*QUICK[1:], "--outer-wall-variation", "-2", "0", "0"], "--outer-wall-variation", "-2.0"),
         ([*QUICK[1:], "--layout", "knitted"], "--layout", "'knitted'"),
         ([*QUICK[1:], "--layout", "ring", "--spacing-mm", "0.1"], "--spacing-mm", "0.1 mm"),
         ([*QUICK[1:], "--spacing-mm", "1"], "--spacing-mm", "1 mm"),

@@ -55,6 +55,37 @@ def test_walls_must_leave_chambers_and_hold_the_winding(arguments, message):
         ActuatorGeometry(**arguments)
 
 
+def test_a_thicker_outer_wall_makes_its_own_chamber_smaller():
+    geometry, equal = ActuatorGeometry(outer_wall_variation=(0.1, 0.0, -0.2)), ActuatorGeometry()
+    assert geometry.chamber_outer_radii == pytest.approx((4.9e-3, 5e-3, 5.2e-3), rel=1e-12)
+    assert equal.chamber_outer_radii == (equal.chamber_outer_radius,) * 3
+    # What a chamber loses is silicone: near enough its outer arc's length times the change of the radius.
+    arcs = [2.0 * r * equal.chamber_half_angle(r) for r in (4.95e-3, 5.1e-3)]
+    more = arcs[0] * 0.1e-3 - arcs[1] * 0.2e-3
+    assert geometry.body_area - equal.body_area == pytest.approx(more, rel=1e-3)
+
+
+@pytest.mark.usefixtures("unchecked")
+@pytest.mark.parametrize("value", [(0.1, 0.0), 0.1, (0.0, np.nan, 0.0), (-1.0, 0.0, 0.0)])
+def test_a_variation_of_the_walls_is_three_parts(value):
+    with pytest.raises(
+        ValueError, match=r"^outer_wall_variation: got .* expected three finite numbers above -1"
+    ):
+        ActuatorGeometry(outer_wall_variation=value)
+
+
+@pytest.mark.parametrize(
+    ("variation", "message"),
+    [
+        ((0.0, 2.5, 0.0), "outer_wall and inner_wall: got 3.5 mm and 1.5 mm"),
+        ((0.0, 0.0, -0.7), "winding_diameter: got 11.2 mm, expected between 11.4 and 12 mm"),
+    ],
+)
+def test_walls_that_vary_must_leave_chambers_and_hold_the_winding(variation, message):
+    with pytest.raises(ValueError, match=f"^{message}"):
+        ActuatorGeometry(outer_wall_variation=variation)
+
+
 @pytest.mark.usefixtures("unchecked")
 @pytest.mark.parametrize(
     ("arguments", "message"),

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from fem_reference import (
+    ActuatorGeometry,
     DoubleHelix,
     Load,
     MeshLevel,
@@ -53,6 +54,26 @@ def test_the_three_chambers_are_alike_in_every_layout_of_threefold_symmetry(wind
     for k, state in enumerate(others, start=1):
         np.testing.assert_allclose(state.curvature, turned(first.curvature, k), rtol=0, atol=MESH * size)
         np.testing.assert_allclose(np.roll(state.volume, -k), first.volume, rtol=MESH)
+
+
+def test_a_thicker_wall_goes_with_its_chamber():
+    """Wall and pressure of chamber 2 in place of 1: the same state, turned; thick, it bends the rod less."""
+
+    def curvature(thick: int, under: int) -> np.ndarray:
+        first, second, third = 0.1 * np.eye(3)[thick]
+        geometry = ActuatorGeometry(outer_wall_variation=(float(first), float(second), float(third)))
+        cell = PeriodCell(geometry, winding=Ring(), level=TINY)
+        return np.asarray(cell.solve(in_chamber(under, 10e3)).curvature)
+
+    own, after = curvature(0, 0), curvature(1, 1)
+    size = float(np.linalg.norm(own))
+    np.testing.assert_allclose(after, turned(own, 1), rtol=0, atol=MESH * size)
+    equal = np.asarray(cell_of(Ring()).solve(in_chamber(0, 10e3)).curvature)
+    assert size < 0.98 * np.linalg.norm(equal)
+    # A thick wall beside chamber 1 resists it too, and turns the plane of bending.
+    aside = curvature(1, 0)
+    assert abs(aside[0]) > 100.0 * MESH * size
+    assert np.linalg.norm(aside) < np.linalg.norm(equal)
 
 
 def test_the_chambers_of_a_double_helix_are_not_alike():

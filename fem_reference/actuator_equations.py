@@ -315,9 +315,10 @@ class ActuatorEquations:
         load, *_ = self._load(linear.positions, target)
         return np.where(self.clamped, linear.force - load, 0.0)
 
-    def convex_walls(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
-        """The stiffness' data with the walls' contact made convex, pair by pair."""
+    def convex_contact(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
+        """The stiffness' data with convex contact: of walls pair by pair, of the rod without roundness."""
         x, data = linear.positions, linear.data.copy()
+        self.pattern.add_group(data, len(self._connectivities()) - 1, -self.contact.concave_part(x))
         response = self.walls.response(x)
         if response is not None:
             change = self.walls.convex_hessian(x) - response[1]

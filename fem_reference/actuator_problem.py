@@ -37,7 +37,8 @@ class ActuatorProblem(Problem):
 
     constraints = 0
     reach = 1.5
-    noise = 5e-3
+    noise = 0.02
+    noise_force = 1e-2
     nearby = 0.05
     exact = False
 
@@ -68,9 +69,9 @@ class ActuatorProblem(Problem):
         """See `ActuatorEquations.renewed`."""
         return self.equations.renewed(linear, at, target, viscous)
 
-    def convex_walls(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
-        """See `ActuatorEquations.convex_walls`."""
-        return self.equations.convex_walls(linear)
+    def convex_contact(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
+        """See `ActuatorEquations.convex_contact`."""
+        return self.equations.convex_contact(linear)
 
     def viscous(self, at: Deformation, rate: float) -> ViscousSolid:
         """See `ViscousSolid`."""

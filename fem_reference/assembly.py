@@ -29,23 +29,26 @@ class SparsePattern:
         self.size = size
         #: Names this pattern among all, so that a solver knows when to analyse anew.
         self.revision = next(_REVISIONS)
-        local_keys = []
-        self._chosen = []
+        local_keys, chosen_of, sizes = [], [], []
         for dofs in groups:
             local = dofs.shape[1]
             rows = np.repeat(dofs, local, axis=1).ravel()
             columns = np.tile(dofs, (1, local)).ravel()
             chosen = np.flatnonzero((rows >= 0) & (rows <= columns))
-            self._chosen.append(chosen)
+            chosen_of.append(chosen)
+            sizes.append(rows.size)
             local_keys.append(rows[chosen] * np.int64(size) + columns[chosen])
         rows, columns = entries
         diagonal = np.arange(size, dtype=np.int64) * (size + 1)
         fixed = np.minimum(rows, columns) * np.int64(size) + np.maximum(rows, columns)
         keys = np.unique(np.concatenate([*local_keys, fixed, diagonal]))
-        # Of each group: its places in the data, and which of them each local entry is for.
+        # Of each group: its places in the data, and the sums of local entries that go there.
         merged = [np.unique(np.searchsorted(keys, k), return_inverse=True) for k in local_keys]
         self._places = [places for places, _ in merged]
-        self._inverse = [inverse.astype(np.int32) for _, inverse in merged]
+        self._sums = [
+            sparse.csr_matrix((np.ones(len(inverse)), (inverse, chosen)), shape=(len(places), size))
+            for (places, inverse), chosen, size in zip(merged, chosen_of, sizes, strict=True)
+        ]
         self._set(keys)
 
     def _set(self, keys: Int[np.ndarray, " nonzeros"]) -> None:
@@ -78,8 +81,7 @@ class SparsePattern:
         self, data: Float[np.ndarray, " nonzeros"], group: int, local: Float[np.ndarray, "blocks n n"]
     ) -> None:
         """Add a group's local matrices to the matrix's data."""
-        values, places = local.reshape(-1)[self._chosen[group]], self._places[group]
-        data[places] += np.bincount(self._inverse[group], weights=values, minlength=len(places))
+        data[self._places[group]] += self._sums[group] @ local.reshape(-1)
 
     def add_entries(
         self,

@@ -18,6 +18,8 @@ BOND_STIFFNESS = 100.0
 # Control points that a node may feel: those of its station's span at rest, and of the spans beside it.
 WINDOW = DEGREE + 3
 _CLOSEST_STEPS = 30
+# Share of the rod's radius by which a node may be inside it while Newton's method iterates.
+_INSIDE = 0.5
 
 
 class AxisContact:
@@ -65,8 +67,8 @@ class AxisContact:
         return np.linalg.norm(offset, axis=1) - self._radius
 
     def admissible(self, positions: Float[np.ndarray, "points 3"]) -> bool:
-        """Whether every free node lies outside the barrier's wall."""
-        return bool((self.gap(positions)[~self.bonded] > -REST_SHARE * ACTIVATION).all())
+        """Whether every free node is on its own side of the axis, with some way to go."""
+        return bool((self.gap(positions)[~self.bonded] > -_INSIDE * self._radius).all())
 
     def pressure(self, positions: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, " contacts"]:
         """Pressure on the rod at each node, per reference area [MPa]; in tension of a bond, negative."""
@@ -82,19 +84,24 @@ class AxisContact:
 
     def force(self, positions: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, "contacts dofs"]:
         """Forces on each node and its window, those of `response`."""
-        s, offset, *_ = self._closest(positions)
-        value = self._local(s, 0) + self._beyond(s)[:, None] * self._local(s, 1)
-        weight = np.concatenate([np.ones((len(s), 1)), -value], axis=1)
-        distance = np.linalg.norm(offset, axis=1)
+        normal, distance = self._normal(positions)
         _, first, _ = self._normal_law(distance - self._radius)
-        pull = (self._areas * first / distance)[:, None] * offset
-        force = (weight[:, :, None] * pull[:, None, :]).reshape(len(s), -1)
+        force = (self._areas * first)[:, None] * normal
         if self.bonded.any():
             slip, slip_gradient, _ = self._slip(positions)
             force += (np.where(self.bonded, BOND_STIFFNESS, 0.0) * self._areas * slip)[
                 :, None
             ] * slip_gradient
         return force
+
+    def _normal(self, positions: Float[np.ndarray, "points 3"]) -> tuple[np.ndarray, np.ndarray]:
+        """Derivative of each gap by the node and its window, and the node's distance from the curve."""
+        s, offset, *_ = self._closest(positions)
+        value = self._local(s, 0) + self._beyond(s)[:, None] * self._local(s, 1)
+        weight = np.concatenate([np.ones((len(s), 1)), -value], axis=1)
+        distance = np.linalg.norm(offset, axis=1)
+        direction = offset / distance[:, None]
+        return (weight[:, :, None] * direction[:, None, :]).reshape(len(s), -1), distance
 
     def response(
         self, positions: Float[np.ndarray, "points 3"]
@@ -131,6 +138,17 @@ class AxisContact:
                 slip_gradient[:, :, None] * slip_gradient[:, None, :] + slip[:, None, None] * slip_hessian
             )
         return force, stiffness
+
+    def concave_part(
+        self, positions: Float[np.ndarray, "points 3"]
+    ) -> Float[np.ndarray, "contacts dofs dofs"]:
+        """What of the free nodes' tangents comes with the rod's roundness: pressed, a node slides off it."""
+        normal, distance = self._normal(positions)
+        *_, second = self._normal_law(distance - self._radius)
+        convex = (self._areas * second)[:, None, None] * normal[:, :, None] * normal[:, None, :]
+        concave = self.response(positions)[1] - convex
+        concave[self.bonded] = 0.0
+        return concave
 
     def _normal_law(
         self, gap: Float[np.ndarray, " contacts"]

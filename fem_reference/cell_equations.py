@@ -313,9 +313,13 @@ class CellEquations:
         axial = self.period * self._axial(at.strain)[1]
         return residual, strain_force + rod.strain_force + axial
 
-    def convex_walls(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
-        """The stiffness' data with the walls' contact made convex, pair by pair."""
+    def convex_contact(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
+        """The stiffness' data with convex contact: of walls pair by pair, of the rod without roundness."""
         x, data = linear.frame.positions, linear.data.copy()
+        nodes = self.rod.nodes[:, None]
+        round_rod = self.rod.response(x, linear.frame.series).node_concave
+        blocks = linear.frame.rotate_blocks(nodes, round_rod)
+        self.pattern.add_group(data, len(self._connectivities()) - 1, -blocks)
         response = self.walls.response(x)
         if response is not None:
             change = self.walls.convex_hessian(x) - response[1]

@@ -64,6 +64,7 @@ class CellProblem(Problem):
     constraints = GAUGES
     reach = 0.3
     noise = 1e-3
+    noise_force = 1e-3
     nearby = 0.01
     exact = True
 
@@ -97,9 +98,9 @@ class CellProblem(Problem):
         """See `CellEquations.renewed`."""
         return self.equations.renewed(linear, at, target.pressure, viscous)
 
-    def convex_walls(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
-        """See `CellEquations.convex_walls`."""
-        return self.equations.convex_walls(linear)
+    def convex_contact(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
+        """See `CellEquations.convex_contact`."""
+        return self.equations.convex_contact(linear)
 
     def viscous(self, at: Configuration, rate: float) -> ViscousSolid:
         """See `ViscousSolid`."""

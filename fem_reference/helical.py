@@ -94,6 +94,7 @@ class HelicalFrame:
         self, helical: HelicalMap, positions: Float[np.ndarray, "free 3"], series: ScrewSeries
     ) -> None:
         self._map = helical
+        self.series = series
         motion, first, second = series.at(helical.period)
         self.rotation = motion[:3, :3]
         source = positions[helical.sources]

@@ -7,9 +7,10 @@ their own while iterating; they are condensed locally, so the linear system keep
 is that of the displacement form.
 
 A matrix with more negative eigenvalues than the branch of equilibria has would lead to a saddle or round in
-circles. Contact is then made convex, pair by pair; where that is not enough, the silicone's viscous matrix is
-added for a few iterations. If the matrix stays indefinite, the method gives up, and says so by an
-`UnstableError`: what moves by itself is followed in time (see `creep`).
+circles. Contact is then made convex: that of walls pair by pair, and that with the rod without its roundness,
+off which a single pressed node slides though the wall that it is of does not. Where that is not enough, the
+silicone's viscous matrix is added for a few iterations. If the matrix stays indefinite, the method gives up,
+and says so by an `UnstableError`: what moves by itself is followed in time (see `creep`).
 
 Globalisation is a line search whose merit is the size of the Newton step itself: a step may not be much
 longer than the one before (the ordinary monotonicity test), or that one is taken again at half its length; no
@@ -46,10 +47,6 @@ _ROUND_OFF_STEP, _ROUND_OFF_FORCE = 1e-12, 1e-7
 _KEPT_STEP, _KEPT_FORCE = 1e-6, 1e-5
 _EXACT_STEP, _EXACT_FORCE = 1e-8, 1e-6
 MOMENT_TOLERANCE = 1e-8
-# Where walls touch, the barrier's gradient jumps a little as contact pairs change kind, and Newton's method
-# may end in a cycle about such a jump. It is accepted below this force [N] once the whole step is within the
-# problem's noise, which bounds what is lost.
-CONTACT_FORCE_TOLERANCE = 1e-3
 MAX_ITERATIONS = 30
 # Of a step in time: one that needs more iterations is too long; and how small the last of them must be beside
 # the first, since only the way's end counts.
@@ -66,8 +63,12 @@ _PATIENCE = 5
 _GROWTH = 2.0
 _MAX_HALVINGS = 2
 _FLOOR = 0.1
+# Damped steps beyond the problem's reach with which the method gives up.
+_TOO_LONG = 3
 # Steps with a stiffness that is kept: how many, and how fast they must shrink.
 _KEPT_ITERATIONS = 8
+# Share of that size with which an equilibrium on the way to another ends.
+_ROUGH = 0.2
 _KEPT_CONTRACTION = 0.2
 # Residual [N] above which the inertia must be right; iterations in which viscosity may see to that; and its
 # rates, as shares of the silicone's stiffness at rest.
@@ -83,6 +84,7 @@ def solve_equilibrium(
     start: Any,
     inertia: int = 0,
     viscous: Any = None,
+    on_the_way: bool = False,
 ) -> Equilibrium:
     """Iterate from ``start`` to equilibrium under ``target``; the solver is left with the factors there.
 
@@ -92,6 +94,8 @@ def solve_equilibrium(
     start : configuration to iterate from.
     inertia : negative eigenvalues of the branch of equilibria that is followed: 0 for minima of the energy.
     viscous : resistance for a step in time, which is solved roughly.
+    on_the_way : that it only leads to the next one: it ends with a step so small that the next step would be
+        a kept stiffness' own.
 
     Raises
     ------
@@ -105,15 +109,18 @@ def solve_equilibrium(
     last: _Taken | None = None
     first = 0.0
     damping = _Damping(problem, solver, inertia, 0 if viscous is not None else _DAMPED_ITERATIONS)
+    convex, size, excess, too_long = False, 0.0, None, 0
     for iteration in range(MAX_ITERATIONS if viscous is None else _CREEP_ITERATIONS):
         linear = problem.linearise(at, target, viscous)
         force, moment = _imbalance(problem, linear, target, iteration)
         try:
-            negative = solver.factorise(problem.pattern.matrix(linear.data), problem.pattern.revision)
-            excess = None if negative is None else negative - problem.constraints
-            if force <= FORCE_TOLERANCE and moment <= MOMENT_TOLERANCE:
-                return _settled(problem, solver, at, linear, iteration, force, excess)
-            convex = excess is not None and excess > inertia and force > _INERTIA_ABOVE
+            # Far from equilibrium a matrix that was not the branch's is not likely to be so one step on.
+            if not (convex and size > problem.nearby):
+                negative = solver.factorise(problem.pattern.matrix(linear.data), problem.pattern.revision)
+                excess = None if negative is None else negative - problem.constraints
+                if force <= FORCE_TOLERANCE and moment <= MOMENT_TOLERANCE:
+                    return _settled(problem, solver, at, linear, iteration, force, excess)
+                convex = excess is not None and excess > inertia and force > _INERTIA_ABOVE
             if convex:
                 damping.factorise(at, linear)
             step = problem.newton_step(solver, linear, target)
@@ -134,6 +141,9 @@ def solve_equilibrium(
         if iteration >= _PATIENCE and linear.walls_touch and _at_noise(problem, step, force):
             return _settled(problem, solver, at, linear, iteration, force, excess)
         history.append(force)
+        too_long += convex and size > problem.reach
+        if too_long == _TOO_LONG:
+            raise NewtonError(f"{too_long} steps of more than {problem.reach} mm with another stiffness")
         stalled = iteration >= _SETTLING and last is not None and size > _CONTRACTION * last.size
         longest = min(problem.longest(step), problem.reach / max(size, problem.reach))
         fraction = min(longest, 0.5 if stalled else 1.0)
@@ -149,6 +159,9 @@ def solve_equilibrium(
             return Equilibrium(at, None, iteration + 1, force, None)
         # The first stiffness still has the threads' old tension in it.
         steady = viscous is None and not convex and fraction == 1.0 and iteration > 0
+        near = fraction == 1.0 and iteration > 0 and size <= _ROUGH * problem.nearby
+        if on_the_way and near and (not convex or force <= problem.noise_force):
+            return Equilibrium(at, None, iteration + 1, force, inertia)
         if steady and size <= problem.nearby:
             at, linear, force, balanced = _keep_stiffness(problem, solver, target, at, linear, size)
             # Negative pivots are judged by the stiffness here, not by one nearby.
@@ -226,8 +239,8 @@ def _settled(
     excess: int | None,
 ) -> Equilibrium:
     """The equilibrium, with its inertia free of the contact's own, and the exact factors in the solver."""
-    if excess and linear.walls_touch:
-        data = problem.convex_walls(linear)
+    if excess:
+        data = problem.convex_contact(linear)
         excess = solver.factorise(problem.pattern.matrix(data), problem.pattern.revision)
         excess = None if excess is None else excess - problem.constraints
         solver.factorise(problem.pattern.matrix(linear.data), problem.pattern.revision)
@@ -236,7 +249,7 @@ def _settled(
 
 def _at_noise(problem: Problem, step: Any, force: float) -> bool:
     return (
-        force <= CONTACT_FORCE_TOLERANCE
+        force <= problem.noise_force
         and float(np.abs(step.positions).max()) <= problem.noise
         and problem.is_small(step)
     )
@@ -261,7 +274,7 @@ class _Damping:
     def factorise(self, at: Any, linear: Any) -> None:
         """Leave the factors of such a matrix in the solver, or raise an `UnstableError`."""
         problem = self._problem
-        data = problem.convex_walls(linear) if linear.walls_touch else linear.data
+        data = problem.convex_contact(linear)
         excess = self._excess(data)
         if excess <= 0:
             return

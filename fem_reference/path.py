@@ -32,7 +32,7 @@ _STATES = 2
 _AMPLIFICATION = 8.0
 _PREDICTOR_CUTS = 6
 # How often a step is halved before the body is left to creep to its load.
-_HALVINGS = 2
+_HALVINGS = 1
 
 
 class PathError(ArithmeticError):
@@ -139,7 +139,7 @@ class PathFollower:
             if length - done - step < 0.25 * step:
                 step = length - done
             target = origin.between(goal, (done + step) / length)
-            if self._advance(target, step):
+            if self._advance(target, step, done + step < length):
                 done, failed = done + step, []
                 continue
             failed.append((target, step))
@@ -180,7 +180,7 @@ class PathFollower:
         self.iterations += found.iterations
         return True
 
-    def _advance(self, target: Any, step: float) -> bool:
+    def _advance(self, target: Any, step: float, on_the_way: bool = False) -> bool:
         """Solve for ``target``, a step away; tell whether it converged."""
         at = self.equilibrium.configuration
         start = at
@@ -192,7 +192,9 @@ class PathFollower:
                 start = self._predict(target)
         try:
             inertia = self.equilibrium.excess_negative or 0
-            found = solve_equilibrium(self.problem, self.solver, target, start, inertia)
+            found = solve_equilibrium(
+                self.problem, self.solver, target, start, inertia, on_the_way=on_the_way
+            )
         except NewtonError as error:
             _LOG.debug("a step of %.3g failed: %s", step, error)
             self._failed, self._unstable = True, isinstance(error, UnstableError)

@@ -69,8 +69,11 @@ class Problem(abc.ABC):
     constraints: int
     #: Root-mean-square displacement that a step may have [mm].
     reach: float
-    #: Displacement of any node that the contact's jumps may leave open [mm].
+    #: Where walls touch, the stiffness of contact jumps as pairs change kind, and Newton's method may end in
+    #: a cycle about such a jump. It is accepted once the whole step displaces no node by more than this [mm],
+    #: which bounds what is lost, and residual forces are below the second [N].
     noise: float
+    noise_force: float
     #: Size of a step below which the stiffness is kept for the next ones [mm].
     nearby: float
     #: Whether an equilibrium must come with its own stiffness and factors, not those of a state nearby.
@@ -89,8 +92,8 @@ class Problem(abc.ABC):
         """``linear`` with the residual at ``at`` and the stiffness as it was."""
 
     @abc.abstractmethod
-    def convex_walls(self, linear: Any) -> Float[np.ndarray, " nonzeros"]:
-        """The stiffness' data with the walls' contact made convex, pair by pair."""
+    def convex_contact(self, linear: Any) -> Float[np.ndarray, " nonzeros"]:
+        """The stiffness' data with contact made convex, to step with where it is not the branch's."""
 
     @abc.abstractmethod
     def viscous(self, at: Any, rate: float) -> Any:

@@ -2,7 +2,7 @@
 
 The rod is a tube of constant curvature around the axis c(s; y), the translation of exp(s·(λ e3, u)) with the
 strain y = (u, λ). A node's gap is its distance to the axis less the rod's radius; it depends on the node and
-on y. The wall may leave the rod; the barrier of `interface` keeps it from entering.
+on y. The wall may leave the rod; the contact of `interface` keeps it from entering.
 Lengths mm, pressures MPa.
 """
 
@@ -14,14 +14,22 @@ from jaxtyping import Float, Int
 from fem_reference.interface import ACTIVATION, REST_SHARE, barrier
 from fem_reference.screw import ScrewSeries
 
+# Share of the rod's radius by which a node may be inside it while Newton's method iterates.
+_INSIDE = 0.5
+
 
 @dataclass(frozen=True)
 class RodResponse:
-    """Contact energy [N mm] with its derivatives in the nodes and in the strain (u, λ)."""
+    """Contact energy [N mm] with its derivatives in the nodes and in the strain (u, λ).
+
+    ``node_concave`` : the part of ``node_stiffness`` that comes with the rod's roundness: pressed, a node
+    slides off it.
+    """
 
     energy: float
     node_force: Float[np.ndarray, "contacts 3"]
     node_stiffness: Float[np.ndarray, "contacts 3 3"]
+    node_concave: Float[np.ndarray, "contacts 3 3"]
     strain_force: Float[np.ndarray, "4"]
     node_strain: Float[np.ndarray, "contacts 3 4"]
     strain_stiffness: Float[np.ndarray, "4 4"]
@@ -58,8 +66,8 @@ class RodContact:
         return np.linalg.norm(offset, axis=1) - self._radius
 
     def admissible(self, positions: Float[np.ndarray, "nodes 3"], series: ScrewSeries) -> bool:
-        """Whether every node lies outside the barrier's wall."""
-        return bool((self.gap(positions, series) > -REST_SHARE * ACTIVATION).all())
+        """Whether every node is on its own side of the axis, with some way to go."""
+        return bool((self.gap(positions, series) > -_INSIDE * self._radius).all())
 
     def response(self, positions: Float[np.ndarray, "nodes 3"], series: ScrewSeries) -> RodResponse:
         """Energy and derivatives; the closest point's motion along the axis is condensed."""
@@ -103,6 +111,7 @@ class RodContact:
             energy=float((self._areas * energy).sum()),
             node_force=force[:, :3],
             node_stiffness=stiffness[:, :3, :3],
+            node_concave=(self._areas * slope)[:, None, None] * gap_hessian[:, :3, :3],
             strain_force=force[:, 3:].sum(axis=0),
             node_strain=stiffness[:, :3, 3:],
             strain_stiffness=stiffness[:, 3:, 3:].sum(axis=0),

@@ -134,6 +134,8 @@ class ThreadSegments:
         geometric = (tension / length)[:, None, None] * np.eye(3) + (
             self.axial_stiffness / self.rest_length - tension / length
         )[:, None, None] * (direction[:, :, None] * direction[:, None, :])
-        pairs = self._coefficient[:, :, None] * self._coefficient[:, None, :]
-        stiffness = pairs[:, :, None, :, None] * geometric[:, None, :, None, :]
-        return force, stiffness.reshape(len(self), size, size), length_gradient
+        # ∂span/∂x on the left and on the right, as matrix products: the inner loops of an outer product would
+        # be of three numbers.
+        spread = (self._coefficient[:, :, None, None] * np.eye(3)).reshape(len(self), size, 3)
+        stiffness = (spread @ geometric) @ np.swapaxes(spread, 1, 2)
+        return force, stiffness, length_gradient

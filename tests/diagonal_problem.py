@@ -46,6 +46,7 @@ class Diagonal(Problem):
 
     constraints = 0
     noise = 0.0
+    noise_force = 0.0
     nearby = 0.0
     exact = True
 
@@ -72,7 +73,7 @@ class Diagonal(Problem):
             residual = residual + viscous.rate * (at - viscous.origin)
         return replace(linear, residual=residual)
 
-    def convex_walls(self, linear):
+    def convex_contact(self, linear):
         return linear.data
 
     def viscous(self, at, rate):

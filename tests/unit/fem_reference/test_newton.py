@@ -111,3 +111,22 @@ def test_a_saddle_comes_with_its_own_stiffness_though_others_may_keep_theirs():
     found = solve(well, 0.1, 0.15, inertia=1)
     assert found.excess_negative == 1
     np.testing.assert_array_equal(found.linear.data, 3.0 * found.configuration**2 - 1.0)
+
+
+def test_an_equilibrium_on_the_way_ends_with_a_small_step():
+    """A fifth of the size from which a stiffness is kept, 0.06 mm."""
+    problem = hardening(0.3, True)
+    found = solve(problem, 2.0, 0.0, on_the_way=True)
+    # Newton's error after a step s is s²/2 tanh x, tanh x below 1.
+    np.testing.assert_allclose(found.configuration, np.arcsinh(2.0), rtol=0, atol=0.5 * 0.06**2)
+    thorough = hardening(0.3, True)
+    solve(thorough, 2.0, 0.0)
+    assert problem.stiffnesses < thorough.stiffnesses
+    assert found.excess_negative == 0
+
+
+def test_long_steps_with_another_stiffness_are_given_up():
+    """Where the force falls with the way, and viscosity of any rate only leads further off."""
+    sliding = Diagonal(lambda x: -x, lambda x: -np.ones_like(x), 1, reach=0.05)
+    with pytest.raises(NewtonError, match=r"steps of more than 0\.05 mm"):
+        solve(sliding, 1.0, 0.0)

@@ -123,8 +123,8 @@ def test_a_cell_that_has_no_rest_state_says_so_without_one(monkeypatch):
 
 
 def test_a_step_that_puts_the_cavity_inside_the_rod_is_refused(small_cell):
-    """Rest positions with a curvature of 20 1/m: the rod's surface moves by 0.1 mm, through its barrier."""
+    """Rest positions with a curvature of 300 1/m: the rod moves by more than half its radius."""
     equations = small_cell.equations
-    target = CellTarget(np.zeros(3), curvature=np.array([0.0, 0.02, 0.0]))
-    with pytest.raises(newton.NewtonError):
+    target = CellTarget(np.zeros(3), curvature=np.array([0.0, 0.3, 0.0]))
+    with pytest.raises(newton.NewtonError, match="inside the rod"):
         newton.solve_equilibrium(CellProblem(equations), SuperLuSolver(), target, equations.rest())

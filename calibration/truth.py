@@ -134,6 +134,29 @@ def gather(directory: Path, chosen: Sequence[TruthCase] | None = None) -> xr.Dat
     return xr.Dataset(data, coords=coords, attrs=attrs)
 
 
+def merged(held: xr.Dataset, found: xr.Dataset) -> xr.Dataset:
+    """The cases of two datasets in the order of `cases`; of a case in both, the states of the second.
+
+    Raises
+    ------
+    TruthError
+        Where their meshes differ.
+    """
+    if held.attrs["mesh"] != found.attrs["mesh"]:
+        raise TruthError(
+            f"truth: got runs on the mesh {found.attrs['mesh']} beside those on {held.attrs['mesh']}, "
+            "expected one mesh"
+        )
+    kept = held.isel(state=~np.isin(held["case"].values.astype(str), found["case"].values.astype(str)))
+    both = xr.concat([kept, found], dim="state", combine_attrs="drop")
+    order = {case.name: number for number, case in enumerate(cases())}
+    numbers = [order.get(str(name), len(order)) for name in both["case"].values]
+    runs = {**json.loads(held.attrs["runs"]), **json.loads(found.attrs["runs"])}
+    runs = dict(sorted(runs.items(), key=lambda run: order.get(run[0], len(order))))
+    both = both.isel(state=np.argsort(numbers, kind="stable"))
+    return both.assign_attrs(runs=json.dumps(runs), mesh=found.attrs["mesh"])
+
+
 def load_truth(file: Path) -> xr.Dataset:
     """Read what `gather` made.
 

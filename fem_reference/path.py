@@ -32,7 +32,7 @@ _STATES = 2
 _AMPLIFICATION = 8.0
 _PREDICTOR_CUTS = 6
 # How often a step is halved before the body is left to creep to its load.
-_HALVINGS = 1
+_HALVINGS = 2
 
 
 class PathError(ArithmeticError):

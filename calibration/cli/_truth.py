@@ -18,14 +18,16 @@ def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
     add("cases", nargs="*", metavar="CASE", help="names of cases to run; none lists them all")
     add("--out", default=None, metavar="DIR", help="directory of the runs; a run that was stopped goes on")
     add("--elements", default="coarse", help="mesh level (default: %(default)s)")
-    add("--gather", default=None, metavar="FILE", help="netCDF file to gather the runs of DIR into")
+    add(
+        "--gather", default=None, metavar="FILE", help="netCDF file for the runs of DIR; its other cases stay"
+    )
     parser.set_defaults(command=_run)
     return parser
 
 
 def _run(options: argparse.Namespace, command: str) -> int:
     from calibration.dataset import save_dataset
-    from calibration.truth import TruthError, case_of, gather
+    from calibration.truth import TruthError, case_of, gather, load_truth, merged
     from calibration.truth_cases import cases
 
     if not options.cases and options.gather is None:
@@ -44,6 +46,8 @@ def _run(options: argparse.Namespace, command: str) -> int:
     if options.gather is not None:
         try:
             truth = gather(directory)
+            if Path(options.gather).exists():
+                truth = merged(load_truth(Path(options.gather)), truth)
         except TruthError as error:
             raise BadInputError(str(error)) from error
         save_dataset(truth, Path(options.gather))

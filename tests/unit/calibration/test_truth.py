@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from calibration.cli import main
-from calibration.truth import STATIONS, TruthError, case_of, gather, trace
+from calibration.truth import STATIONS, TruthError, case_of, gather, merged, trace
 from calibration.truth_cases import TruthCase, cases
 from fem_reference import ActuatorLoad, DoubleHelix, Thread
 from fem_reference.actuator_run import RunError
@@ -59,6 +59,24 @@ def test_the_states_that_were_found_are_gathered_in_si_units(runs):
         np.testing.assert_allclose(at_end, state.shape.positions[body], atol=1e-6)
     told = json.loads(found.attrs["runs"])["small"]
     assert (told["command"], told["reached"], told["loads"]) == ("the command", 2, 2)
+
+
+def test_cases_come_to_those_that_a_file_has_and_take_the_place_of_their_own(runs):
+    directory, _ = runs
+    found = gather(directory, [SMALL])
+    elsewhere = found.assign(case=("state", np.array(["chamber1", "pair23"], dtype=object)))
+    elsewhere.attrs["runs"] = json.dumps({"pair23": {"reached": 1}, "chamber1": {"reached": 1}})
+    both = merged(elsewhere, found)
+    assert both["case"].values.tolist() == ["chamber1", "pair23", "small", "small"]
+    assert list(json.loads(both.attrs["runs"])) == ["chamber1", "pair23", "small"]
+    assert both.attrs["mesh"] == found.attrs["mesh"]
+    np.testing.assert_array_equal(both["pressure"].values[2:], found["pressure"].values)
+    anew = merged(both, found.assign(bending_angle=found["bending_angle"] + 1.0))
+    np.testing.assert_array_equal(anew["case"].values, both["case"].values)
+    np.testing.assert_array_equal(anew["bending_angle"].values[2:], found["bending_angle"].values + 1.0)
+    np.testing.assert_array_equal(anew["bending_angle"].values[:2], both["bending_angle"].values[:2])
+    with pytest.raises(TruthError, match="expected one mesh"):
+        merged(both.assign_attrs(mesh="medium"), found)
 
 
 def test_a_finished_run_is_left_alone_and_another_of_its_name_refused(runs):

@@ -23,7 +23,8 @@ examples-full: setup
 	$(BIN)/python examples/00_cell_points.py build/cell_points.json
 	$(BIN)/python examples/00_moment_points.py build/moment_points.json
 	$(BIN)/python examples/00_actuator_frames.py build
-	mv build/cell_points.json build/moment_points.json build/frames-*.npz examples/data/
+	$(BIN)/python examples/00_twin_points.py build/twin_points.json
+	mv build/cell_points.json build/moment_points.json build/twin_points.json build/frames-*.npz examples/data/
 	$(MAKE) examples
 
 # gmsh's wheel links against X and GL libraries of the system. Prediction needs none of them, so their absence is

@@ -24,7 +24,7 @@ def complete(
     """Follow the paths, named by their first entry, that the file lacks; each is kept once it is done."""
     held = json.loads(options.file.read_text()) if options.file.exists() else {}
     wanted = [p for p in paths if p[0] not in held and (options.only is None or p[0] in options.only)]
-    for path in track(wanted, "paths of the cell"):
+    for path in track(wanted, "paths"):
         held[path[0]] = trace(path)
         options.file.parent.mkdir(parents=True, exist_ok=True)
         partial = options.file.with_suffix(".part")

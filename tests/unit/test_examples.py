@@ -180,6 +180,30 @@ def test_11_animation_draws_rod_and_elements_and_tells_how_far_apart(tmp_path: P
     assert still.read_bytes().startswith(b"\x89PNG")
 
 
+def test_00_twin_points_are_of_an_actuator_with_one_thicker_wall(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Chamber 1 at 5 kPa, on a mesh of 1 800 hexahedra: the thick wall is its own."""
+    monkeypatch.syspath_prepend(str(ROOT / "examples"))
+    script = runpy.run_path(str(ROOT / "examples" / "00_twin_points.py"))
+    level = MeshLevel(4, 8, 2, 4, 1, 1, 1, 2.0)
+    first, second = (
+        script["trace"]((name, way, (5.0,)), level)
+        for name, way in (("chamber1", (1.0, 0.0, 0.0)), ("chamber2", (0.0, 1.0, 0.0)))
+    )
+    assert first["pressure_kpa"] == [[5.0, 0.0, 0.0]]
+    assert 3.0 < first["angle_deg"][0] < second["angle_deg"][0] < 6.0
+
+
+def test_12_twin_halves_its_error(tmp_path: Path) -> None:
+    drawn = tmp_path / "twin.png"
+    lines = run_example("12_twin.py", str(drawn)).splitlines()
+    at = next(n for n, line in enumerate(lines) if line.startswith("adjusted over map"))
+    assert [line.split()[0] for line in lines[1:at]] == ["chamber1", "chamber2", "pair23", "chamber3"]
+    angle, tip = (float(part.split()[-1]) for part in lines[at + 1].split(","))
+    assert 0.0 < angle <= 0.5
+    assert 0.0 < tip <= 0.5
+    assert drawn.read_bytes().startswith(b"\x89PNG")
+
+
 def test_10_moment_curvature_errs_by_less_than_held_out_states_do(tmp_path: Path) -> None:
     drawn = tmp_path / "maps.png"
     rows = run_example("10_moment_curvature.py", str(drawn)).splitlines()[1:-1]

@@ -37,8 +37,7 @@ class ActuatorProblem(Problem):
 
     constraints = 0
     reach = 1.5
-    noise = 0.02
-    noise_force = 1e-2
+    noise = 5e-3
     nearby = 0.05
     exact = False
 

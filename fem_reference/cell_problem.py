@@ -64,7 +64,6 @@ class CellProblem(Problem):
     constraints = GAUGES
     reach = 0.3
     noise = 1e-3
-    noise_force = 1e-3
     nearby = 0.01
     exact = True
 

@@ -47,6 +47,10 @@ _ROUND_OFF_STEP, _ROUND_OFF_FORCE = 1e-12, 1e-7
 _KEPT_STEP, _KEPT_FORCE = 1e-6, 1e-5
 _EXACT_STEP, _EXACT_FORCE = 1e-8, 1e-6
 MOMENT_TOLERANCE = 1e-8
+# Where walls touch, the barrier's gradient jumps a little as contact pairs change kind, and Newton's method
+# may end in a cycle about such a jump. It is accepted below this force [N] once the whole step is within the
+# problem's noise, which bounds what is lost.
+CONTACT_FORCE_TOLERANCE = 1e-3
 MAX_ITERATIONS = 30
 # Of a step in time: one that needs more iterations is too long; and how small the last of them must be beside
 # the first, since only the way's end counts.
@@ -67,8 +71,9 @@ _FLOOR = 0.1
 _TOO_LONG = 3
 # Steps with a stiffness that is kept: how many, and how fast they must shrink.
 _KEPT_ITERATIONS = 8
-# Share of that size with which an equilibrium on the way to another ends.
-_ROUGH = 0.2
+# Share of that size with which an equilibrium on the way to another ends; and the force [N] below which it
+# may do so with a matrix that was made convex.
+_ROUGH, _ROUGH_FORCE = 0.2, 1e-2
 _KEPT_CONTRACTION = 0.2
 # Residual [N] above which the inertia must be right; iterations in which viscosity may see to that; and its
 # rates, as shares of the silicone's stiffness at rest.
@@ -94,8 +99,7 @@ def solve_equilibrium(
     start : configuration to iterate from.
     inertia : negative eigenvalues of the branch of equilibria that is followed: 0 for minima of the energy.
     viscous : resistance for a step in time, which is solved roughly.
-    on_the_way : that it only leads to the next one: it ends with a step so small that the next step would be
-        a kept stiffness' own.
+    on_the_way : that it only leads to the next one, and may be rough.
 
     Raises
     ------
@@ -160,7 +164,7 @@ def solve_equilibrium(
         # The first stiffness still has the threads' old tension in it.
         steady = viscous is None and not convex and fraction == 1.0 and iteration > 0
         near = fraction == 1.0 and iteration > 0 and size <= _ROUGH * problem.nearby
-        if on_the_way and near and (not convex or force <= problem.noise_force):
+        if on_the_way and near and (not convex or force <= _ROUGH_FORCE):
             return Equilibrium(at, None, iteration + 1, force, inertia)
         if steady and size <= problem.nearby:
             at, linear, force, balanced = _keep_stiffness(problem, solver, target, at, linear, size)
@@ -249,7 +253,7 @@ def _settled(
 
 def _at_noise(problem: Problem, step: Any, force: float) -> bool:
     return (
-        force <= problem.noise_force
+        force <= CONTACT_FORCE_TOLERANCE
         and float(np.abs(step.positions).max()) <= problem.noise
         and problem.is_small(step)
     )

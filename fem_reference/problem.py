@@ -69,11 +69,8 @@ class Problem(abc.ABC):
     constraints: int
     #: Root-mean-square displacement that a step may have [mm].
     reach: float
-    #: Where walls touch, the stiffness of contact jumps as pairs change kind, and Newton's method may end in
-    #: a cycle about such a jump. It is accepted once the whole step displaces no node by more than this [mm],
-    #: which bounds what is lost, and residual forces are below the second [N].
+    #: Displacement of any node that the contact's jumps may leave open [mm].
     noise: float
-    noise_force: float
     #: Size of a step below which the stiffness is kept for the next ones [mm].
     nearby: float
     #: Whether an equilibrium must come with its own stiffness and factors, not those of a state nearby.

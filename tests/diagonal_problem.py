@@ -46,7 +46,6 @@ class Diagonal(Problem):
 
     constraints = 0
     noise = 0.0
-    noise_force = 0.0
     nearby = 0.0
     exact = True
 

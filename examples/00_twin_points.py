@@ -1,6 +1,6 @@
 """Finite-element points of an actuator whose first outer wall is a tenth thicker than the others.
 
-Run as ``python examples/00_twin_points.py [FILE] [--only NAME ...]``. It takes half an hour on the coarse
+Run as ``python examples/00_twin_points.py [FILE] [--only NAME ...]``. It takes an hour on the coarse
 mesh, keeps every path as soon as it is finished, and passes over those that the file has. The file that ships
 is examples/data/twin_points.json: the actuator that examples/12_twin.py measures.
 

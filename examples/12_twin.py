@@ -93,14 +93,14 @@ def run(seed: int) -> Twin:
     fit = fit_measured(rod, measured, Noise(estimate=True))
     # What was predicted is what was measured less the residual; the actuator itself stands in for that.
     exact = measure(pressure, values, 0.0, seed, rod.domain).values
-    (angle, _, tip), (angle_after, _, tip_after) = (
-        _apart(exact - (measured.values - residual)) for residual in (fit.of_map, fit.adjusted)
+    before, after = (exact - (measured.values - residual) for residual in (fit.of_map, fit.adjusted))
+    return Twin(
+        np.array(names),
+        pressure.max(axis=1),
+        (np.rad2deg(before[:, 0]), np.rad2deg(after[:, 0])),
+        (1e3 * np.linalg.norm(before[:, 2:], axis=1), 1e3 * np.linalg.norm(after[:, 2:], axis=1)),
+        fit,
     )
-    return Twin(np.array(names), pressure.max(axis=1), (angle, angle_after), (tip, tip_after), fit)
-
-
-def _apart(off: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    return np.rad2deg(off[:, 0]), np.rad2deg(off[:, 1]), 1e3 * np.linalg.norm(off[:, 2:], axis=1)
 
 
 def draw(twin: Twin, file: Path) -> None:

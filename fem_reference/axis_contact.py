@@ -9,7 +9,7 @@ torsion has no energy. Lengths mm, pressures MPa.
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from fem_reference.interface import ACTIVATION, REST_SHARE, barrier
+from fem_reference.interface import ACTIVATION, INSIDE_SHARE, REST_SHARE, barrier
 from fem_reference.problem import NewtonError
 from fem_reference.rod_axis import DEGREE, SplineBasis
 
@@ -18,8 +18,6 @@ BOND_STIFFNESS = 100.0
 # Control points that a node may feel: those of its station's span at rest, and of the spans beside it.
 WINDOW = DEGREE + 3
 _CLOSEST_STEPS = 30
-# Share of the rod's radius by which a node may be inside it while Newton's method iterates.
-_INSIDE = 0.5
 
 
 class AxisContact:
@@ -68,7 +66,7 @@ class AxisContact:
 
     def admissible(self, positions: Float[np.ndarray, "points 3"]) -> bool:
         """Whether every free node is on its own side of the axis, with some way to go."""
-        return bool((self.gap(positions)[~self.bonded] > -_INSIDE * self._radius).all())
+        return bool((self.gap(positions)[~self.bonded] > -INSIDE_SHARE * self._radius).all())
 
     def pressure(self, positions: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, " contacts"]:
         """Pressure on the rod at each node, per reference area [MPa]; in tension of a bond, negative."""

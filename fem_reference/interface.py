@@ -21,6 +21,8 @@ ACTIVATION = 0.02
 REST_SHARE = 0.9
 STIFFNESS = 1.0
 _CLOSE = 0.1
+#: Share of the rod's radius by which a node may be inside it while Newton's method iterates.
+INSIDE_SHARE = 0.5
 
 
 def barrier(

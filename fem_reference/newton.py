@@ -165,7 +165,9 @@ def solve_equilibrium(
         steady = viscous is None and not convex and fraction == 1.0 and iteration > 0
         near = fraction == 1.0 and iteration > 0 and size <= _ROUGH * problem.nearby
         if on_the_way and near and (not convex or force <= _ROUGH_FORCE):
-            return Equilibrium(at, None, iteration + 1, force, inertia)
+            return Equilibrium(
+                at, None, iteration + 1, force, None if excess is None else min(excess, inertia)
+            )
         if steady and size <= problem.nearby:
             at, linear, force, balanced = _keep_stiffness(problem, solver, target, at, linear, size)
             # Negative pivots are judged by the stiffness here, not by one nearby.

@@ -45,7 +45,7 @@ class Equilibrium:
     Parameters
     ----------
     residual : largest nodal force left [N].
-    excess_negative : negative pivots of the stiffness beyond those of the constraints, with the walls'
+    excess_negative : negative pivots of the stiffness beyond those of the constraints, with
         contact taken as convex; above zero the body is at a saddle of its energy. None where the linear
         solver does not tell.
     """

@@ -11,11 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from fem_reference.interface import ACTIVATION, REST_SHARE, barrier
+from fem_reference.interface import ACTIVATION, INSIDE_SHARE, REST_SHARE, barrier
 from fem_reference.screw import ScrewSeries
-
-# Share of the rod's radius by which a node may be inside it while Newton's method iterates.
-_INSIDE = 0.5
 
 
 @dataclass(frozen=True)
@@ -67,7 +64,7 @@ class RodContact:
 
     def admissible(self, positions: Float[np.ndarray, "nodes 3"], series: ScrewSeries) -> bool:
         """Whether every node is on its own side of the axis, with some way to go."""
-        return bool((self.gap(positions, series) > -_INSIDE * self._radius).all())
+        return bool((self.gap(positions, series) > -INSIDE_SHARE * self._radius).all())
 
     def response(self, positions: Float[np.ndarray, "nodes 3"], series: ScrewSeries) -> RodResponse:
         """Energy and derivatives; the closest point's motion along the axis is condensed."""

@@ -7,8 +7,7 @@ than thousands of a quasi-Newton method, in less time.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import equinox as eqx
 import jax
@@ -20,13 +19,13 @@ from jaxtyping import Float
 
 from calibration.oriented import AnyLaw, law_at
 from calibration.samples import Metric, Samples
+from calibration.second_order import UPPER, gradient_and_hessian
 
 HESSIAN_WEIGHT = 0.3  # of the errors at neighbouring states against those at the states themselves
 _CHUNK = 128  # states whose Jacobian is held at a time
 # Relative to the mean diagonal of the normal matrix: the first damping; and how often it is raised in vain.
 _FIRST_DAMPING, _TRIALS = 1e-2, 12
 _PATIENCE = 10  # iterations over which convergence is judged
-_UPPER = np.triu_indices(6)
 
 Law = TypeVar("Law", bound=AnyLaw)
 Watch = Callable[[int, float], None]  # iterations so far, mean square of the residuals
@@ -52,7 +51,7 @@ def residual_weights(samples: Samples, scales: Metric) -> Float[np.ndarray, "n 2
     count = len(samples)
     rows = np.zeros((count, 6, 7, 27))
     rows[:, :, 0, :6] = scales.gradient
-    for number, (i, j) in enumerate(zip(*_UPPER, strict=True), start=6):
+    for number, (i, j) in enumerate(zip(*UPPER, strict=True), start=6):
         for a, b in {(i, j), (j, i)}:
             rows[:, :, 1 + b, number] += HESSIAN_WEIGHT * scales.gradient[:, :, a] * scales.step[b]
     return np.asarray(np.linalg.qr(rows.reshape(count, 42, 27), mode="r")) / np.sqrt(count)
@@ -64,8 +63,7 @@ def mean_square(law: AnyLaw, samples: Samples, scales: Metric) -> float:
     A law that is its own mirror image has the same residuals at the mirror image of every state: adding those
     to the data would change nothing.
     """
-    every = jax.jit(jax.vmap(partial(_residual, law)))
-    return sum(float(jnp.sum(every(chunk) ** 2)) for chunk in _chunks(samples, scales))
+    return _loss(law, _chunks(samples, scales))
 
 
 def fit(
@@ -93,24 +91,23 @@ def fit(
     start, unravel = ravel_pytree(trained)
     x = np.asarray(start)
 
-    def residual(x: jax.Array, state: tuple[jax.Array, ...]) -> jax.Array:
-        return _residual(eqx.combine(unravel(x), fixed), state)
-
-    every = jax.jit(jax.vmap(residual, (None, 0)))
-    slopes = jax.jit(jax.vmap(jax.jacrev(residual), (None, 0)))
     chunks = _chunks(samples, scales)
 
+    def law_of(x: np.ndarray) -> Law:
+        return eqx.combine(unravel(jnp.asarray(x)), fixed)
+
     def loss_at(x: np.ndarray) -> float:
-        return sum(float(jnp.sum(every(x, chunk) ** 2)) for chunk in chunks) + prior * float(x @ x)
+        return _loss(law_of(x), chunks) + prior * float(x @ x)
 
     loss, damping, growth = loss_at(x), _FIRST_DAMPING, 2.0
     losses, converged = [loss], False
     while len(losses) <= iterations and not converged:
         normal, pull = prior * np.eye(x.size), prior * x
         for chunk in chunks:
-            rows = np.asarray(slopes(x, chunk)).reshape(-1, x.size)
+            residuals, slopes = map(np.asarray, _linearised(law_of(x), chunk))
+            rows = slopes.reshape(-1, x.size)
             normal += rows.T @ rows
-            pull += rows.T @ np.asarray(every(x, chunk)).ravel()
+            pull += rows.T @ residuals.ravel()
         unit = np.trace(normal) / x.size
         for _ in range(_TRIALS):
             factor = scipy.linalg.cho_factor(normal + damping * unit * np.eye(x.size))
@@ -128,24 +125,40 @@ def fit(
         losses.append(loss)
         converged |= len(losses) > _PATIENCE and losses[-1 - _PATIENCE] - loss <= tolerance * loss
         watch(len(losses) - 1, loss)
-    return Fitted(eqx.combine(unravel(jnp.asarray(x)), fixed), loss, len(losses) - 1, converged)
+    return Fitted(law_of(x), loss, len(losses) - 1, converged)
+
+
+# Compiled once for all laws of one form and size: every start of a fit, and what judges it.
+@eqx.filter_jit
+def _residuals(law: AnyLaw, chunk: Any) -> jax.Array:
+    return jax.vmap(lambda state: _residual(law, state))(chunk)
+
+
+@eqx.filter_jit
+def _linearised(law: AnyLaw, chunk: Any) -> tuple[jax.Array, jax.Array]:
+    """Residuals (states, 27) and their slopes by all parameters (states, 27, parameters)."""
+    trained, fixed = eqx.partition(law, eqx.is_inexact_array)
+
+    def slopes(state: Any) -> jax.Array:
+        by_leaf = jax.jacrev(lambda trained: _residual(eqx.combine(trained, fixed), state))(trained)
+        return jnp.concatenate([leaf.reshape(27, -1) for leaf in jax.tree.leaves(by_leaf)], axis=1)
+
+    return _residuals(law, chunk), jax.vmap(slopes)(chunk)
+
+
+def _loss(law: AnyLaw, chunks: list[tuple[np.ndarray, ...]]) -> float:
+    return sum(float(jnp.sum(_residuals(law, chunk) ** 2)) for chunk in chunks)
 
 
 def _residual(law: AnyLaw, state: tuple[jax.Array, ...]) -> jax.Array:
     y, psi, target, weight = state
-    section = law_at(law, psi)
-
-    def potential(y: jax.Array) -> jax.Array:
-        return section.potential(y[:3], y[3:])
-
-    found = jnp.concatenate([jax.grad(potential)(y), jax.hessian(potential)(y)[_UPPER]])
-    return weight @ (found - target)
+    return weight @ (gradient_and_hessian(law_at(law, psi), y) - target)
 
 
 def _chunks(samples: Samples, scales: Metric) -> list[tuple[np.ndarray, ...]]:
     """States in parts of one size, so that one compilation does; the last is filled up without weight."""
     y = np.concatenate([samples.curvature, samples.pressure], axis=1)
-    target = np.concatenate([samples.gradient, samples.hessian[:, *_UPPER]], axis=1)
+    target = np.concatenate([samples.gradient, samples.hessian[:, *UPPER]], axis=1)
     parts = [y, samples.psi, target, residual_weights(samples, scales)]
     missing = -len(samples) % _CHUNK
     parts = [np.concatenate([part, np.repeat(part[-1:], missing, axis=0)]) for part in parts]

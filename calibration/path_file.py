@@ -25,6 +25,11 @@ class PathRecord:
         return self.end is not None and "unstable" in self.end
 
 
+def path_file(directory: Path, name: str) -> Path:
+    """Of a path in a run's directory."""
+    return directory / "paths" / f"{name}.jsonl"
+
+
 def read_path(file: Path) -> PathRecord:
     """Read a path's file; a last line cut short by a kill does not count."""
     states: list[dict[str, Any]] = []
@@ -45,11 +50,12 @@ class PathWriter:
 
     Parameters
     ----------
-    file : of the path, made if missing.
+    file : of the path, made if missing, its folder too.
     """
 
     def __init__(self, file: Path) -> None:
         self._file = file
+        file.parent.mkdir(parents=True, exist_ok=True)
         _drop_cut_line(file)
         known = read_path(file)
         self._ended = known.end is not None

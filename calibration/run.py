@@ -12,6 +12,8 @@ from fem_reference import ActuatorGeometry, Winding
 from rodmodel import Domain
 
 PRESSURE_STEP = 4e3  # [Pa], of a path from a load to the next
+#: In a run's directory, what it was asked for.
+RUN_FILE = "run.json"
 #: By how much the ends of the paper's actuator give [m/N]: `ends`, from its own runs.
 END_COMPLIANCE = 0.23e-3
 
@@ -76,14 +78,14 @@ def open_run(directory: Path, plan: RunPlan, command: str, material: Mapping[str
 
     Returns
     -------
-    description, with code version and date of the run's beginning, and the commands that it was run by.
+    description, with the date of the run's beginning, its commands and their code versions.
 
     Raises
     ------
     RunError
         If the directory holds a run of another plan.
     """
-    file = directory / "run.json"
+    file = directory / RUN_FILE
     wanted = json.loads(json.dumps({**plan.description(), "material": material}))
     if file.exists():
         found = json.loads(file.read_text())
@@ -96,6 +98,8 @@ def open_run(directory: Path, plan: RunPlan, command: str, material: Mapping[str
             )
         if command not in found["command"].split("; "):
             found["command"] += f"; {command}"
+            if code_version() not in found["code_version"].split("; "):
+                found["code_version"] += f"; {code_version()}"
             file.write_text(json.dumps(found, indent=1) + "\n")
         return dict(found)
     directory.mkdir(parents=True, exist_ok=True)

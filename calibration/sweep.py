@@ -18,7 +18,7 @@ from typing import Any, cast
 from distributed import Client, Future, KilledWorker, LocalCluster, get_worker, wait
 
 from calibration.design import LoadingPath
-from calibration.path_file import PathRecord, PathWriter, read_path
+from calibration.path_file import PathRecord, PathWriter, path_file, read_path
 from calibration.progress import progress_bar
 from calibration.tracing import CellTracer, Trace, trace_path
 
@@ -60,14 +60,12 @@ def run_sweep(
         If the scheduler does not answer, or a worker process died again and again on one path. Run again to
         take up where it stopped.
     """
-    folder = directory / "paths"
-    folder.mkdir(parents=True, exist_ok=True)
-    files = {path.name: folder / f"{path.name}.jsonl" for path in paths}
+    files = {path.name: path_file(directory, path.name) for path in paths}
     pending = {path.name: path for path in paths if read_path(files[path.name]).end is None}
     if pending:
         writers = {name: PathWriter(files[name]) for name in pending}
         with _connected(min(workers, len(pending)), scheduler) as client:
-            _trace_on(client, make_trace, pending, writers, folder, show_progress)
+            _trace_on(client, make_trace, pending, writers, directory, show_progress)
     return {name: read_path(file) for name, file in files.items()}
 
 
@@ -76,7 +74,7 @@ def _trace_on(
     make_trace: Callable[[], Trace],
     pending: dict[str, LoadingPath],
     writers: dict[str, PathWriter],
-    folder: Path,
+    directory: Path,
     show_progress: bool | None,
 ) -> None:
     topic = f"sweep-{uuid.uuid4()}"
@@ -109,7 +107,7 @@ def _trace_on(
                 except KilledWorker as error:
                     raise SweepError(
                         f"sweep: worker processes died on path {futures[future]}; finished states are in "
-                        f"{folder}, run again to go on"
+                        f"{directory / 'paths'}, run again to go on"
                     ) from error
             left -= done
 

@@ -46,6 +46,7 @@ def _run(options: argparse.Namespace, command: str) -> int:
     from dataclasses import asdict
 
     from calibration.dataset import DatasetError, build_dataset, save_dataset
+    from calibration.restore import restore_run
     from calibration.run import END_COMPLIANCE, RunError, RunPlan, open_run
     from calibration.sweep import SweepError, run_sweep
     from calibration.tracing import CellTracer
@@ -81,6 +82,8 @@ def _run(options: argparse.Namespace, command: str) -> int:
     )
     directory = Path(options.out)
     try:
+        if options.extend is not None:
+            restore_run(read_dataset(options.extend), directory)
         description = open_run(
             directory, plan, command, {"body": asdict(Ogden()), "thread": asdict(Thread())}
         )
@@ -204,6 +207,12 @@ def _parser() -> argparse.ArgumentParser:
     )
     run.add_argument("--elements", default="coarse", choices=["coarse", "medium", "paper"], help="mesh level")
     run.add_argument("--out", required=True, help="directory of the run")
+    run.add_argument(
+        "--extend",
+        default=None,
+        metavar="DATASET",
+        help="of the same run with fewer paths, whose states are not computed again",
+    )
     run.add_argument("--workers", type=count, default=2, help="processes, one thread each")
     run.add_argument(
         "--scheduler",

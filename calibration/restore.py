@@ -1,0 +1,46 @@
+"""A run's directory from its dataset, so that a sweep whose files are gone can be given more paths."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from calibration.dataset import VARIABLES, attributes
+from calibration.path_file import PathWriter, path_file
+from calibration.run import RUN_FILE, RunError
+
+_OF_THE_DATASET = ("failures", "unstable", "paths")
+
+
+def restore_run(dataset: xr.Dataset, directory: Path) -> None:
+    """Write a run's directory as it was when its dataset was made, all its paths finished.
+
+    Parameters
+    ----------
+    dataset : of the run.
+    directory : made if missing.
+
+    Raises
+    ------
+    RunError
+        If the directory holds a run already.
+    """
+    if (directory / RUN_FILE).exists():
+        raise RunError(f"--extend: {directory} holds a run already, expected an empty directory")
+    run = attributes(dataset)
+    ends = {**run["failures"], **run["unstable"]}
+    names = dataset["path"].values
+    values = {name: dataset[name].values for name, *_ in VARIABLES}
+    for path in np.unique(names):
+        rows = np.flatnonzero(names == path)
+        # In equilibrium: the moment applied is that of the section, but for rounding.
+        states = [
+            {**{name: column[row].tolist() for name, column in values.items()}, "applied_moment": moment}
+            for row, moment in zip(rows, values["moment"][rows].tolist(), strict=True)
+        ]
+        end = ends.get(path, {"attempts": int(values["attempt"][rows].max())})
+        PathWriter(path_file(directory, path)).add([*states, {"end": end}])
+    description = {name: value for name, value in run.items() if name not in _OF_THE_DATASET}
+    # Last: a directory without it counts as empty.
+    (directory / RUN_FILE).write_text(json.dumps(description, indent=1) + "\n")

@@ -1,0 +1,47 @@
+"""A run that was restored from its dataset holds the same states, and goes on with more paths."""
+
+from dataclasses import replace
+
+import pytest
+import xarray as xr
+
+from calibration.dataset import build_dataset
+from calibration.path_file import path_file, read_path
+from calibration.restore import restore_run
+from calibration.run import RunError, RunPlan, open_run
+from calibration.sweep import run_sweep
+from fem_reference import ActuatorGeometry, DoubleHelix
+from rodmodel import Domain
+
+PLAN = RunPlan(
+    ActuatorGeometry(), DoubleHelix(), "coarse", Domain((70e3, 50e3, 50e3), 100e3, 2e-3), 40, seed=0
+)
+MATERIAL = {"bulk_modulus": 1e8}
+
+
+def test_its_dataset_is_the_one_that_it_was_restored_from(dataset, tmp_path):
+    restore_run(dataset, tmp_path)
+    description = open_run(tmp_path, PLAN, "rodmodel-calibrate run", MATERIAL)
+    paths = PLAN.design()
+    records = {path.name: read_path(path_file(tmp_path, path.name)) for path in paths}
+    xr.testing.assert_identical(build_dataset(paths, records, description), dataset)
+
+
+def test_it_goes_on_with_the_paths_that_are_not_in_the_dataset(dataset, tmp_path):
+    from manufactured_cell import ManufacturedTracer
+
+    restore_run(dataset, tmp_path)
+    before = {file.name: file.read_text() for file in (tmp_path / "paths").iterdir()}
+    more = replace(PLAN, paths=42)
+    found = open_run(tmp_path, more, "rodmodel-calibrate run --paths 42", MATERIAL)
+    assert found["command"] == "rodmodel-calibrate run; rodmodel-calibrate run --paths 42"
+    records = run_sweep(ManufacturedTracer(), more.design(), tmp_path, workers=1)
+    assert len(records) == 42
+    assert all(record.end is not None for record in records.values())
+    assert before.items() <= {file.name: file.read_text() for file in (tmp_path / "paths").iterdir()}.items()
+
+
+def test_a_directory_that_holds_a_run_is_left_alone(dataset, tmp_path):
+    restore_run(dataset, tmp_path)
+    with pytest.raises(RunError, match=r"^--extend: .* holds a run already, expected"):
+        restore_run(dataset, tmp_path)

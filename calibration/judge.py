@@ -13,6 +13,7 @@ from jaxtyping import Bool, Float
 
 from calibration.samples import on_loading_branch
 from calibration.truth import case_of
+from calibration.truth_cases import layout_of
 from rodmodel import CalibrationNotFoundError, FixedStep, Rod, load
 
 # Agrees with the adaptive solver to 4e-6 of the length on random cases.
@@ -117,10 +118,9 @@ def _response(truth: xr.Dataset, tip: Float[np.ndarray, "n 3"]) -> Float[np.ndar
 
 
 def _rod_of(case: str) -> Rod | None:
-    winding = case_of(case).winding
-    pitch = getattr(winding, "pitch", None) or 2.0 * getattr(winding, "spacing", 1.5e-3)
+    layout = layout_of(case_of(case).winding)
     try:
-        return load(winding.name, getattr(winding, "psi", 0.0), pitch)
+        return load(layout.name, layout.psi or 0.0, layout.pitch)
     except CalibrationNotFoundError:
         return None
 

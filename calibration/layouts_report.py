@@ -11,7 +11,7 @@ from calibration.judge import Verdict, judgement
 from calibration.pipeline import judge
 from calibration.provenance import sha256
 from calibration.truth import case_of
-from fem_reference import Winding
+from calibration.truth_cases import layout_of
 from rodmodel import Calibration, Layout
 
 
@@ -73,12 +73,6 @@ def report_rods(verdict: Verdict) -> dict[str, dict[str, Any]]:
         if figures["judged"]:
             found[winding] = figures
     return {**found, "all": judgement(verdict, "judge")}
-
-
-def layout_of(winding: Winding) -> Layout:
-    """Name, orientation and pitch of a winding; rings have a pitch of twice their spacing."""
-    pitch = getattr(winding, "pitch", None) or 2.0 * getattr(winding, "spacing", math.nan)
-    return Layout(winding.name, getattr(winding, "psi", 0.0), pitch)
 
 
 def title(layout: Layout) -> str:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from fem_reference import ActuatorLoad, Winding, layout
+from rodmodel import Layout
 
 Triple = tuple[float, float, float]
 Role = Literal["fit", "judge"]
@@ -102,3 +103,9 @@ def _forces(gravity: Triple) -> list[tuple[Triple, Triple]]:
         ((0.0, 0.05, 0.0), gravity),
         ((-0.02, 0.02, 0.02), gravity),
     ]
+
+
+def layout_of(winding: Winding) -> Layout:
+    """Name, orientation and pitch of a winding; rings have a pitch of twice their spacing."""
+    pitch = getattr(winding, "pitch", None) or 2.0 * getattr(winding, "spacing", math.nan)
+    return Layout(winding.name, getattr(winding, "psi", 0.0), pitch)

@@ -9,7 +9,8 @@ import xarray as xr
 
 import rodmodel
 from calibration.cli import main
-from calibration.layouts_report import datasets_by_checksum, layout_of, report_map, title
+from calibration.layouts_report import datasets_by_checksum, report_map, title
+from calibration.truth_cases import layout_of
 from fem_reference import layout
 from rodmodel import Layout
 from tests.ground_truth.test_full_actuator import FILE

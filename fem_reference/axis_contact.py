@@ -95,8 +95,7 @@ class AxisContact:
     def _normal(self, positions: Float[np.ndarray, "points 3"]) -> tuple[np.ndarray, np.ndarray]:
         """Derivative of each gap by the node and its window, and the node's distance from the curve."""
         s, offset, *_ = self._closest(positions)
-        value = self._local(s, 0) + self._beyond(s)[:, None] * self._local(s, 1)
-        weight = np.concatenate([np.ones((len(s), 1)), -value], axis=1)
+        weight = self._weight(s)
         distance = np.linalg.norm(offset, axis=1)
         direction = offset / distance[:, None]
         return (weight[:, :, None] * direction[:, None, :]).reshape(len(s), -1), distance
@@ -106,9 +105,7 @@ class AxisContact:
     ) -> tuple[Float[np.ndarray, "contacts dofs"], Float[np.ndarray, "contacts dofs dofs"]]:
         """Forces and tangents on each node and its window; the closest point's motion is condensed."""
         s, offset, tangent, bend = self._closest(positions)
-        slope = self._local(s, 1)
-        value = self._local(s, 0) + self._beyond(s)[:, None] * slope
-        weight = np.concatenate([np.ones((len(s), 1)), -value], axis=1)
+        slope, weight = self._local(s, 1), self._weight(s)
         # D = ½|x − c(s)|² and its derivatives in y = (x, P); s is stationary.
         gradient = weight[:, :, None] * offset[:, None, :]
         mixed = -weight[:, :, None] * tangent[:, None, :]
@@ -140,13 +137,25 @@ class AxisContact:
     def concave_part(
         self, positions: Float[np.ndarray, "points 3"]
     ) -> Float[np.ndarray, "contacts dofs dofs"]:
-        """What of the free nodes' tangents comes with the rod's roundness: pressed, a node slides off it."""
-        normal, distance = self._normal(positions)
-        *_, second = self._normal_law(distance - self._radius)
-        convex = (self._areas * second)[:, None, None] * normal[:, :, None] * normal[:, None, :]
-        concave = self.response(positions)[1] - convex
+        """What of the free nodes' tangents comes with the rod's roundness: pressed, a node slides off it.
+
+        That is around the rod alone, relative to the closest point of its curve. Along it, contact is left
+        as it is: there its forces turn with the rod, which carries loads of the whole body.
+        """
+        s, offset, tangent, _ = self._closest(positions)
+        distance = np.linalg.norm(offset, axis=1)
+        around = np.cross(tangent, offset)
+        around /= np.linalg.norm(around, axis=1)[:, None]
+        _, first, _ = self._normal_law(distance - self._radius)
+        move = (self._weight(s)[:, :, None] * around[:, None, :]).reshape(len(s), -1)
+        concave = (self._areas * first / distance)[:, None, None] * move[:, :, None] * move[:, None, :]
         concave[self.bonded] = 0.0
         return concave
+
+    def _weight(self, s: Float[np.ndarray, " contacts"]) -> Float[np.ndarray, "contacts points"]:
+        """What each node and its window add to the offset from the curve at stations that are held."""
+        value = self._local(s, 0) + self._beyond(s)[:, None] * self._local(s, 1)
+        return np.concatenate([np.ones((len(s), 1)), -value], axis=1)
 
     def _normal_law(
         self, gap: Float[np.ndarray, " contacts"]

@@ -67,8 +67,9 @@ _PATIENCE = 5
 _GROWTH = 2.0
 _MAX_HALVINGS = 2
 _FLOOR = 0.1
-# Damped steps beyond the problem's reach with which the method gives up.
-_TOO_LONG = 3
+# Damped steps beyond the problem's reach with which the method gives up, and how often in a row they may
+# grow: a matrix that is stiffer than the true one leads to a minimum, if slowly, and away from a saddle.
+_TOO_LONG, _GROWING = 3, 6
 # Steps with a stiffness that is kept: how many, and how fast they must shrink.
 _KEPT_ITERATIONS = 8
 # Share of that size with which an equilibrium on the way to another ends; and the force [N] below which it
@@ -113,7 +114,7 @@ def solve_equilibrium(
     last: _Taken | None = None
     first = 0.0
     damping = _Damping(problem, solver, inertia, 0 if viscous is not None else _DAMPED_ITERATIONS)
-    convex, size, excess, too_long = False, 0.0, None, 0
+    convex, size, excess, too_long, growing = False, 0.0, None, 0, 0
     for iteration in range(MAX_ITERATIONS if viscous is None else _CREEP_ITERATIONS):
         linear = problem.linearise(at, target, viscous)
         force, moment = _imbalance(problem, linear, target, iteration)
@@ -128,7 +129,7 @@ def solve_equilibrium(
             if convex:
                 damping.factorise(at, linear)
             step = problem.newton_step(solver, linear, target)
-            size = problem.size(step, linear)
+            before, size = size, problem.size(step, linear)
             if not convex and last is not None and last.overshot(size, problem.reach):
                 _LOG.debug("the step would grow to %.2e mm: the last one is halved", size)
                 last = last.halved()
@@ -148,6 +149,9 @@ def solve_equilibrium(
         too_long += convex and size > problem.reach
         if too_long == _TOO_LONG:
             raise NewtonError(f"{too_long} steps of more than {problem.reach} mm with another stiffness")
+        growing = growing + 1 if convex and size > before else 0
+        if growing > _GROWING:
+            raise UnstableError(f"{growing} steps with another stiffness grow, each from the one before")
         stalled = iteration >= _SETTLING and last is not None and size > _CONTRACTION * last.size
         longest = min(problem.longest(step), problem.reach / max(size, problem.reach))
         fraction = min(longest, 0.5 if stalled else 1.0)

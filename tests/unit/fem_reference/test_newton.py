@@ -46,6 +46,25 @@ def test_a_matrix_that_no_viscosity_makes_definite_is_refused():
     assert steep.longest_step == 0.0
 
 
+class Rounded(Diagonal):
+    """A double well whose contact, taken as convex, makes its matrix definite everywhere."""
+
+    nearby = 0.1
+
+    def __init__(self):
+        super().__init__(lambda x: x**3 - x, lambda x: 3.0 * x**2 - 1.0, 2, reach=0.5)
+
+    def convex_contact(self, linear):
+        return linear.data + 2.0
+
+
+def test_steps_with_convex_contact_lead_to_a_minimum_and_are_given_up_at_a_saddle():
+    """Near the maximum such a step doubles the distance from it: from 1e-4 mm that is seen before its end."""
+    np.testing.assert_allclose(solve(Rounded(), 0.0, 0.2).configuration, 1.0, atol=1e-9)
+    with pytest.raises(UnstableError, match=r"^7 steps with another stiffness grow"):
+        solve(Rounded(), 0.0, 1e-4)
+
+
 def test_a_maximum_is_told_where_it_is_the_start():
     """There is no force, so that nothing leads away: the inertia says what it is."""
     found = solve(double_well(2), 0.0, 0.0)

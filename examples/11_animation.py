@@ -159,7 +159,9 @@ def draw_picture(paths: Mapping[str, Frames], file: Path) -> None:
     figure = plt.figure(figsize=(5.2 * len(paths), 4.6), layout="constrained")
     for number, (name, path) in enumerate(paths.items(), start=1):
         axes = figure.add_subplot(1, len(paths), number, projection="3d", computed_zorder=False)
-        for n in range(len(path["pressure"]) % 3, len(path["pressure"]), 3 if name == "chamber1" else 8):
+        for n in range(
+            (len(path["pressure"]) - 1) % 3, len(path["pressure"]), 3 if name == "chamber1" else 8
+        ):
             draw_body(axes, path, n, alpha=0.3)
         if name == "circle":
             axes.plot(*(1e3 * path["rod_tip"].T), color="#1f4e79", lw=1.5, zorder=2)

@@ -14,8 +14,14 @@ run: setup
 # From what ships: the files with numbers above 00, which make the finite-element points of the figures.
 EXAMPLES := $(filter-out examples/00_%,$(wildcard examples/[0-9]*.py))
 
+# Side by side, each one's output in one piece: most of their time is compilation, on one core. The control loop
+# may then miss deadlines that it meets alone.
 examples: setup
-	@set -e; for script in $(EXAMPLES); do echo "== $$script"; $(BIN)/python $$script; done
+	@$(MAKE) --no-print-directory --jobs $(JOBS) --output-sync=target $(EXAMPLES)
+
+.PHONY: $(EXAMPLES)
+$(EXAMPLES):
+	@echo "== $@"; $(BIN)/python $@
 
 # The points and frames anew, from the finite elements: an hour or more. They take the place of those that ship once all are
 # there; a run that was stopped goes on.

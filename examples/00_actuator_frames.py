@@ -1,7 +1,7 @@
 """Finite-element frames for the animation: skin and axis of the full actuator along two paths.
 
 Run as ``python examples/00_actuator_frames.py [DIRECTORY] [--only NAME ...]``. Every state is kept as soon as
-it is found, and a stopped run goes on from there; on the coarse mesh a path takes a quarter of an hour. The
+it is found, and a stopped run goes on from there; on the coarse mesh a path takes up to an hour. The
 frames that ship are examples/data/frames-chamber1.npz and frames-circle.npz.
 
 Chamber 1 alone rises to 65 kPa. On the circle the bending plane goes once around at a bending angle of 40

@@ -8,7 +8,7 @@ import xarray as xr
 
 from calibration.dataset import VARIABLES, attributes
 from calibration.path_file import PathWriter, path_file
-from calibration.run import RUN_FILE, RunError
+from calibration.run import RUN_FILE
 
 _OF_THE_DATASET = ("failures", "unstable", "paths")
 
@@ -16,18 +16,15 @@ _OF_THE_DATASET = ("failures", "unstable", "paths")
 def restore_run(dataset: xr.Dataset, directory: Path) -> None:
     """Write a run's directory as it was when its dataset was made, all its paths finished.
 
+    A directory that holds a run already is left alone: the same command takes up what was stopped.
+
     Parameters
     ----------
     dataset : of the run.
     directory : made if missing.
-
-    Raises
-    ------
-    RunError
-        If the directory holds a run already.
     """
     if (directory / RUN_FILE).exists():
-        raise RunError(f"--extend: {directory} holds a run already, expected an empty directory")
+        return
     run = attributes(dataset)
     ends = {**run["failures"], **run["unstable"]}
     names = dataset["path"].values

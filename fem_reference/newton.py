@@ -149,7 +149,7 @@ def solve_equilibrium(
         too_long += convex and size > problem.reach
         if too_long == _TOO_LONG:
             raise NewtonError(f"{too_long} steps of more than {problem.reach} mm with another stiffness")
-        growing = growing + 1 if convex and size > before else 0
+        growing = growing + 1 if convex and size > before > 0.0 else 0
         if growing > _GROWING:
             raise UnstableError(f"{growing} steps with another stiffness grow, each from the one before")
         stalled = iteration >= _SETTLING and last is not None and size > _CONTRACTION * last.size

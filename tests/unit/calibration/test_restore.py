@@ -2,13 +2,12 @@
 
 from dataclasses import replace
 
-import pytest
 import xarray as xr
 
 from calibration.dataset import build_dataset
 from calibration.path_file import path_file, read_path
 from calibration.restore import restore_run
-from calibration.run import RunError, RunPlan, open_run
+from calibration.run import RunPlan, open_run
 from calibration.sweep import run_sweep
 from fem_reference import ActuatorGeometry, DoubleHelix
 from rodmodel import Domain
@@ -42,6 +41,10 @@ def test_it_goes_on_with_the_paths_that_are_not_in_the_dataset(dataset, tmp_path
 
 
 def test_a_directory_that_holds_a_run_is_left_alone(dataset, tmp_path):
+    """The same command, after a kill, finds more paths and commands than the dataset has."""
     restore_run(dataset, tmp_path)
-    with pytest.raises(RunError, match=r"^--extend: .* holds a run already, expected"):
-        restore_run(dataset, tmp_path)
+    open_run(tmp_path, replace(PLAN, paths=42), "rodmodel-calibrate run --paths 42", MATERIAL)
+    path_file(tmp_path, "040-train-mixed").write_text("{}\n")
+    before = {file: file.read_text() for file in tmp_path.rglob("*.json*")}
+    restore_run(dataset, tmp_path)
+    assert {file: file.read_text() for file in tmp_path.rglob("*.json*")} == before

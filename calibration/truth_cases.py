@@ -1,8 +1,8 @@
 """The runs of the full actuator that rods are compared with, and which of them a fit may see.
 
 Roles were given before anything was fitted: ``fit`` runs calibrate the end zones, ``judge`` runs judge the
-rod. No load of one role is a load of the other. One run came later, as a fit run: the pair 2+3, where the
-judge runs had shown the rod to err most.
+rod. No load of one role is a load of the other. Some came later, as fit runs, after the judge runs had shown where
+the rod errs most: the pair 2+3, two unequal pairs and six triples.
 """
 
 import math
@@ -17,6 +17,17 @@ Triple = tuple[float, float, float]
 Role = Literal["fit", "judge"]
 GRAVITY = 9.81
 _EACH: tuple[Triple, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+# Shares of pressures, those of 45 kPa within the laws' domain; a mirror image would say the same again.
+_MIXTURES: tuple[Triple, ...] = (
+    (0.2, 1.0, 1.0),
+    (1.0, 0.6, 0.6),
+    (0.4, 1.0, 0.8),
+    (1.0, 1.0, 0.2),
+    (0.3, 1.0, 0.3),
+    (0.8, 0.2, 1.0),
+    (0.5, 0.0, 1.0),
+    (0.0, 0.5, 1.0),
+)
 
 
 @dataclass(frozen=True)
@@ -47,6 +58,15 @@ def cases() -> tuple[TruthCase, ...]:
         ("pair12-fit", "fit", zero, _ramp((1.0, 1.0, 0.0), (10, 20, 30, 40))),
         ("pair23-fit", "fit", zero, _ramp((0.0, 1.0, 1.0), (10, 20, 30, 40))),
         ("triple-fit", "fit", zero, _ramp((1.0, 0.5, 0.2), (10, 20, 30, 40))),
+        *(
+            (
+                f"mixture-{first:g}-{second:g}-{third:g}-fit",
+                "fit",
+                zero,
+                _ramp((first, second, third), (15, 30, 45)),
+            )
+            for first, second, third in _MIXTURES
+        ),
         ("force-fit", "fit", zero, _loaded((20.0, 0.0, 0.0), [((0.0, 0.03, 0.0), (0.0, 0.0, -GRAVITY))])),
         # Single chambers, up to where walls snap and beyond, and pairs past a half turn.
         ("chamber1", "judge", zero, _ramp((1.0, 0.0, 0.0), (5, 15, 25, 35, 45, 55, 60, 65, 70))),

@@ -4,8 +4,9 @@ Two things are fitted to the unloaded states of the ``fit`` runs, and to nothing
 ends along the rod is that with which the cell has the curvature of the actuator's middle. With the cell of
 that compliance in the middle, five numbers of `rodmodel.Actuator` take the arc to the tip's pose: to its
 position and to that of a point half a body's length ahead of it; a sixth takes the cell's chamber volumes to
-the actuator's. The cell is on the runs' mesh, so that
-neither the mesh nor a law's error goes into the numbers.
+the actuator's. What the base holds back is a moment, and the cell's own stiffness says how far it turns; it
+is told relative to that of the cell at rest. The cell is on the runs' mesh, so that neither the mesh nor a
+law's error goes into the numbers.
 """
 
 from dataclasses import dataclass, replace
@@ -99,7 +100,7 @@ def fit_compliance(truth: xr.Dataset, body_length: float, trial: float) -> Compl
     """
     chosen = _fit_states(truth)
     middle = body_length * chosen["middle_curvature"].values
-    held, given = (body_length * _per_rod(*cell_bending(chosen, c)[:2]) for c in (0.0, trial))
+    held, given = (body_length * _per_rod(cell_bending(chosen, c)) for c in (0.0, trial))
     slope, gap = (given - held)[:, :2].ravel(), (middle - held)[:, :2].ravel()
     share = float(slope @ gap / (slope @ slope))
     left = gap - share * slope
@@ -150,11 +151,13 @@ def fit_ends(truth: xr.Dataset, body_length: float, cap_length: float, complianc
         Where the truth has no such state.
     """
     chosen = _fit_states(truth)
-    curvature, _, volume = cell_bending(chosen, compliance)
-    held, held_error, *volumes = _held_length(body_length, volume, chosen["volume"].values)
+    cell = cell_bending(chosen, compliance)
+    held, held_error, *volumes = _held_length(body_length, cell.volume, chosen["volume"].values)
+    at_rest = float(np.trace(cell.stiffness[0, :2, :2])) / 2.0
     actuator = _Poses(
-        curvature,
+        cell.curvature,
         chosen["pressure"].values,
+        at_rest * np.linalg.inv(cell.stiffness[1:]),
         chosen["tip_position"].values,
         chosen["tip_rotation"].values[:, :, 2],
         body_length,
@@ -175,7 +178,11 @@ def fit_ends(truth: xr.Dataset, body_length: float, cap_length: float, complianc
         others, *_ = _least_squares(actuator.where(~left_out))
         unseen[left_out] = actuator.where(left_out).angle_errors(units * others)
     return Ends(
-        values={**dict(zip(PARAMETERS, (units * x).tolist(), strict=True)), "held_length": held},
+        values={
+            **dict(zip(PARAMETERS, (units * x).tolist(), strict=True)),
+            "base_stiffness": at_rest,
+            "held_length": held,
+        },
         standard_errors={**dict(zip(PARAMETERS, errors.tolist(), strict=True)), "held_length": held_error},
         before=before,
         after=after,
@@ -208,10 +215,12 @@ def _held_length(
 
 @dataclass(frozen=True)
 class _Poses:
-    """Curvatures of the cell [1/m], pressures [Pa], and positions [m] and axes of the caps."""
+    """Of the cell: curvatures [1/m], pressures [Pa], and compliances, times the stiffness at rest; of the
+    caps: positions [m] and axes."""
 
     curvature: Float[np.ndarray, "n 3"]
     pressure: Float[np.ndarray, "n 3"]
+    softness: Float[np.ndarray, "n 3 3"]
     tip: Float[np.ndarray, "n 3"]
     axis: Float[np.ndarray, "n 3"]
     body_length: float
@@ -223,6 +232,7 @@ class _Poses:
             self,
             curvature=self.curvature[chosen],
             pressure=self.pressure[chosen],
+            softness=self.softness[chosen],
             tip=self.tip[chosen],
             axis=self.axis[chosen],
         )
@@ -231,7 +241,7 @@ class _Poses:
         """Of the tip's position [m] and of the cap's axis, with ends of these values."""
         named = dict(zip(PARAMETERS, values.tolist(), strict=True))
         position, along = tip_between_ends(
-            self.curvature, self.pressure, self.body_length, self.cap_length, **named
+            self.curvature, self.pressure, self.softness, self.body_length, self.cap_length, **named
         )
         return position - self.tip, along - self.axis
 
@@ -259,6 +269,7 @@ def _least_squares(poses: _Poses) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def tip_between_ends(
     curvature: Float[np.ndarray, "n 3"],
     pressure: Float[np.ndarray, "n 3"],
+    softness: Float[np.ndarray, "n 3 3"],
     body_length: float,
     cap_length: float,
     base_turn: float,
@@ -273,6 +284,8 @@ def tip_between_ends(
     ----------
     curvature : of the arcs [1/m].
     pressure : of the chambers [Pa].
+    softness : compliance of the section times the bending stiffness that ``base_turn`` and ``base_lag`` are
+        told for.
     body_length, cap_length : of the actuator [m].
     base_turn, base_lag, stiff_tip, tip_offset, tip_offset_curvature : see `rodmodel.Actuator`.
     """
@@ -289,20 +302,30 @@ def tip_between_ends(
     position = arc + np.einsum("nij,nj->ni", end, away)
     position += (stiff_tip + cap_length) * end[:, :, 2]
     bend = curvature * [1.0, 1.0, 0.0]
-    base = Rotation.from_rotvec(base_turn * pressure @ _BENDING_AXES - base_lag * bend)
+    held_back = base_turn * pressure @ _BENDING_AXES - base_lag * bend
+    base = Rotation.from_rotvec(np.einsum("nij,nj->ni", softness, held_back) * [1.0, 1.0, 0.0])
     return base.apply(position), base.apply(end[:, :, 2])
 
 
-def cell_bending(
-    states: xr.Dataset, compliance: float
-) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"], Float[np.ndarray, "n+1 3"]]:
-    """The cell at the pressures of unloaded states, its ends giving by the compliance [m/N].
+@dataclass(frozen=True)
+class Bending:
+    """The cell without moments, at some pressures.
 
-    Returns
-    -------
-    curvature, stretch : free [1/m], and of the silicone along the rod.
-    volume : of each chamber per length, at rest and then at the states [m²].
+    Parameters
+    ----------
+    curvature, stretch : [1/m], and of the silicone along the rod.
+    volume, stiffness : of each chamber per length [m²], and ∂²Π/∂u² [N m²]; at rest first, then at the
+        states.
     """
+
+    curvature: Float[np.ndarray, "n 3"]
+    stretch: Float[np.ndarray, " n"]
+    volume: Float[np.ndarray, "n+1 3"]
+    stiffness: Float[np.ndarray, "n+1 3 3"]
+
+
+def cell_bending(states: xr.Dataset, compliance: float) -> Bending:
+    """The cell at the pressures of unloaded states, its ends giving by the compliance [m/N]."""
     names, mesh = states["case"].values, states.attrs["mesh"]
     found: dict[int, CellState] = {}
     for name in dict.fromkeys(names):
@@ -312,18 +335,17 @@ def cell_bending(
         found.update(zip(own, follow(cell, loads), strict=True))
     (rest,) = follow(cell, [Load((0.0, 0.0, 0.0))])
     ordered = [found[row] for row in range(len(names))]
-    return (
-        np.array([s.curvature for s in ordered]),
-        np.array([s.stretch for s in ordered]),
-        np.array([s.volume for s in (rest, *ordered)]),
+    return Bending(
+        curvature=np.array([s.curvature for s in ordered]),
+        stretch=np.array([s.stretch for s in ordered]),
+        volume=np.array([s.volume for s in (rest, *ordered)]),
+        stiffness=np.array([s.hessian[:3, :3] for s in (rest, *ordered)]),
     )
 
 
-def _per_rod(
-    curvature: Float[np.ndarray, "n 3"], stretch: Float[np.ndarray, " n"]
-) -> Float[np.ndarray, "n 3"]:
+def _per_rod(cell: Bending) -> Float[np.ndarray, "n 3"]:
     """Curvature per length of the rod, which the silicone slides along [1/m]."""
-    return curvature / stretch[:, None]
+    return cell.curvature / cell.stretch[:, None]
 
 
 def _fit_states(truth: xr.Dataset) -> xr.Dataset:

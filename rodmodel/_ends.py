@@ -2,9 +2,10 @@
 
 At base and cap the closed chambers push on a face that holds the section's shape. The first section tilts by
 an angle proportional to the pressures' moment, Σ_k p_k e_k with e_k the axis about which chamber k bends the
-rod, less what the held section behind it does not bend, a length times û⊥. At the other end the body
-straightens before the cap and turns the more in it, so that the cap comes out beside where the arc would end,
-away from the bend, by
+rod, less what the held section behind it does not bend, a length times û⊥. What is held back is a moment, so
+a section of stiffness K = ∂m/∂u at û turns by K₀ K⁻¹ of that: pressures soften it, and the ends take more. At
+the other end the body straightens before the cap and turns the more in it, so that the cap comes out beside
+where the arc would end, away from the bend, by
 
     a e₃ × û⊥ / (κ₀² + |û⊥|²)^½
 
@@ -17,21 +18,35 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from rodmodel._components import solve, triple
 from rodmodel.calibration_file import Actuator, Number
+from rodmodel.section import CurvatureLaw
 
 _AZIMUTHS = 2.0 * np.pi / 3.0 * np.arange(3)
 _BENDING_AXES = np.stack([np.sin(_AZIMUTHS), -np.cos(_AZIMUTHS), np.zeros(3)], axis=1)
 
 
 def base_turn(
-    actuator: Actuator, pressure: Float[Array, "3"], free_curvature: Float[Array, "3"]
+    actuator: Actuator, pressure: Float[Array, "3"], law: CurvatureLaw, free_curvature: Float[Array, "3"]
 ) -> Float[Array, "3"] | None:
-    """Rotation vector of the first section, frame of the clamp [rad]; None where it does not turn."""
+    """Rotation vector of the first section, frame of the clamp [rad]; None where it does not turn.
+
+    Parameters
+    ----------
+    actuator, pressure : of the rod.
+    law : at that pressure; its own free curvature is not looked at.
+    free_curvature : [1/m].
+    """
     if is_zero(actuator.base_turn) and is_zero(actuator.base_lag):
         return None
     moment = jnp.sum(pressure[:, None] * jnp.asarray(_BENDING_AXES, pressure.dtype), axis=0)
     bend = jnp.stack([free_curvature[0], free_curvature[1], jnp.zeros_like(free_curvature[2])])
-    return actuator.base_turn * moment - actuator.base_lag * bend
+    turn = actuator.base_turn * moment - actuator.base_lag * bend
+    if is_zero(actuator.base_stiffness):
+        return turn
+    _, (a, b, c, d, e, f) = law.linearise(triple(free_curvature))
+    x, y, _ = solve(((a, b, c), (b, d, e), (c, e, f)), triple(actuator.base_stiffness * turn))
+    return jnp.stack([x, y, jnp.zeros_like(x)])
 
 
 def tip_offset(actuator: Actuator, free_curvature: Float[Array, "3"]) -> Float[Array, "3"] | None:

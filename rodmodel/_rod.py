@@ -271,7 +271,7 @@ class Rod(eqx.Module):
             loads = into_base(loads, base_rotation)
 
         law = self.section.at(pressure)
-        turn = base_turn(self.actuator, pressure, law.free_curvature)
+        turn = base_turn(self.actuator, pressure, law, law.free_curvature)
         mount = None if turn is None else screw(turn, jnp.ones((), turn.dtype))[1]
         if mount is not None:
             loads = into_base(loads, mount)

@@ -88,7 +88,7 @@ def free_tip(section: SectionLaw, actuator: Actuator, pressure: Float[Array, "3"
         rotation = rotation_of(jnp.stack(quaternion))
         offset = tip_offset(actuator, curvature)
         position = cap_centre(actuator, offset, jnp.stack(end), rotation)
-        base = base_turn(actuator, pressure, curvature)
+        base = base_turn(actuator, pressure, section.at(pressure), curvature)
         if base is None:
             return (position, rotation), (jnp.stack(end), None)
         mount = rotation_of(jnp.stack(turn_by(straight, triple(base))))
@@ -136,7 +136,8 @@ def _mounted(
     actuator: Actuator, law: CurvatureLaw, pressure: Any, loads: Resultants
 ) -> tuple[Equilibrium, Any]:
     """Equations in the frame of the first section, and that frame where it is not the base's."""
-    turn, offset = base_turn(actuator, pressure, law.free_curvature), tip_offset(actuator, law.free_curvature)
+    free = law.free_curvature
+    turn, offset = base_turn(actuator, pressure, law, free), tip_offset(actuator, free)
     if turn is None:
         return Equilibrium(law, loads, actuator, offset), None
     one, none = jnp.ones_like(turn[0]), jnp.zeros_like(turn[0])

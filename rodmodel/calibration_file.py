@@ -4,8 +4,8 @@
      "layout": {"name", "psi_rad" (null where the law is one of all orientations), "pitch_m"},
      "actuator": {"body_length_m", "cap_length_m", "body_diameter_m",
                   "mass_per_length_kg_per_m", "cap_mass_kg", and, where known, "stiff_tip_m",
-                  "base_turn_rad_per_pa", "base_lag_m", "tip_offset_m", "tip_offset_curvature_per_m",
-                  "held_length_m", "shear_compliance_per_n"},
+                  "base_turn_rad_per_pa", "base_lag_m", "base_stiffness_n_m2", "tip_offset_m",
+                  "tip_offset_curvature_per_m", "held_length_m", "shear_compliance_per_n"},
      "section_law": {"kind", "pressure_scale_pa", "curvature_scale_per_m", "energy_scale_n", "rest_volume_m2",
                      and the law's own arrays},
      "domain": {"pressure_max_pa" (three), "pressure_sum_max_pa", "moment_max_nm",
@@ -55,6 +55,7 @@ _ENDS = {
     "stiff_tip": "stiff_tip_m",
     "base_turn": "base_turn_rad_per_pa",
     "base_lag": "base_lag_m",
+    "base_stiffness": "base_stiffness_n_m2",
     "tip_offset": "tip_offset_m",
     "tip_offset_curvature": "tip_offset_curvature_per_m",
     "held_length": "held_length_m",
@@ -101,8 +102,9 @@ class Actuator(eqx.Module):
 
     Near base and cap, where the section cannot widen freely, the body bends less. The `stiff_tip` [m] before
     the cap does not bend at all. The base turns by `base_turn` [rad/Pa] with the pressures, less by the free
-    turn of a length `base_lag` [m], and the cap lies beside the arc by up to `tip_offset` [m], by 71 % of
-    that at the `tip_offset_curvature` [1/m]: see [`rodmodel._ends`][]. Over the `held_length` [m] of both
+    turn of a length `base_lag` [m], both for a section of the bending stiffness `base_stiffness` [N m²] and
+    more for a softer one (zero: the same for all). The cap lies beside the arc by up to `tip_offset` [m], by
+    71 % of that at the `tip_offset_curvature` [1/m]: see [`rodmodel._ends`][]. Over the `held_length` [m] of both
     ends the chambers keep their volume. Under a force, sections lean against the axis by the
     `shear_compliance` [1/N] times its part across them; zero for a rod that does not shear.
     """
@@ -115,6 +117,7 @@ class Actuator(eqx.Module):
     stiff_tip: Number = 0.0
     base_turn: Number = 0.0
     base_lag: Number = 0.0
+    base_stiffness: Number = 0.0
     tip_offset: Number = 0.0
     tip_offset_curvature: Number = 1.0
     held_length: Number = 0.0

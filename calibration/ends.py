@@ -215,8 +215,10 @@ def _held_length(
 
 @dataclass(frozen=True)
 class _Poses:
-    """Of the cell: curvatures [1/m], pressures [Pa], and compliances, times the stiffness at rest; of the
-    caps: positions [m] and axes."""
+    """What the cell does under the pressures [Pa], and where the actuator's cap is.
+
+    Curvature [1/m], compliance times the stiffness at rest, position [m] and axis.
+    """
 
     curvature: Float[np.ndarray, "n 3"]
     pressure: Float[np.ndarray, "n 3"]

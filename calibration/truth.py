@@ -154,7 +154,8 @@ def merged(held: xr.Dataset, found: xr.Dataset) -> xr.Dataset:
     runs = {**json.loads(held.attrs["runs"]), **json.loads(found.attrs["runs"])}
     runs = dict(sorted(runs.items(), key=lambda run: order.get(run[0], len(order))))
     both = both.isel(state=np.argsort(numbers, kind="stable"))
-    return both.assign_attrs(runs=json.dumps(runs), mesh=found.attrs["mesh"])
+    # What was read from a file would be written with its strings' width: longer names would be cut.
+    return both.assign_attrs(runs=json.dumps(runs), mesh=found.attrs["mesh"]).drop_encoding()
 
 
 def load_truth(file: Path) -> xr.Dataset:

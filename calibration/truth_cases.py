@@ -1,8 +1,8 @@
 """The runs of the full actuator that rods are compared with, and which of them a fit may see.
 
 Roles were given before anything was fitted: ``fit`` runs calibrate the end zones, ``judge`` runs judge the
-rod. No load of one role is a load of the other. Some came later, as fit runs, after the judge runs had shown where
-the rod errs most: the pair 2+3, two unequal pairs and six triples.
+rod. No load of one role is a load of the other. Some came later, as fit runs, after the judge runs had shown
+where the rod errs most: the pair 2+3, two unequal pairs and six triples.
 """
 
 import math

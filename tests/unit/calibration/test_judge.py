@@ -24,6 +24,16 @@ PLANTED = {
     "tip_offset": 2.2e-3,
     "tip_offset_curvature": 9.0,
 }
+# Of the cell at rest and at the states [N m²].
+AT_REST = 2.5e-4
+STIFFNESS = AT_REST * np.array(
+    [np.eye(3)]
+    + [
+        np.array([[0.9, 0.05, 0.02], [0.05, 0.8, -0.03], [0.02, -0.03, 0.7]]) - 0.02 * n * np.eye(3)
+        for n in range(5)
+    ]
+)
+SOFTNESS = AT_REST * np.linalg.inv(STIFFNESS[1:])
 HELD = 4.2e-3
 COMPLIANCE = 0.2e-3  # [m/N]
 # Of the cell's chambers per length, at rest and at the states [m²].
@@ -51,7 +61,7 @@ def truth_of(role="fit", **changed) -> xr.Dataset:
     """Runs of an actuator that is an arc between ends."""
     count = len(CURVATURE)
     rod = np.zeros((count, 3))
-    tip, axis = ends.tip_between_ends(1.01 * CURVATURE, PRESSURE, BODY, CAP, **PLANTED)
+    tip, axis = ends.tip_between_ends(1.01 * CURVATURE, PRESSURE, SOFTNESS, BODY, CAP, **PLANTED)
     values = {
         "pressure": (("state", "chamber"), PRESSURE),
         "middle_curvature": (("state", "axis"), (1.0 - 10.0 * COMPLIANCE) * CURVATURE),
@@ -79,7 +89,8 @@ def known_cell(monkeypatch):
     """The cell bends as the actuator's middle, and by so much less as its ends give."""
 
     def bending(chosen, compliance):
-        return 1.01 * (1.0 - 10.0 * compliance) * CURVATURE, np.full(len(CURVATURE), 1.01), VOLUME
+        curvature = 1.01 * (1.0 - 10.0 * compliance) * CURVATURE
+        return ends.Bending(curvature, np.full(len(CURVATURE), 1.01), VOLUME, STIFFNESS)
 
     monkeypatch.setattr(ends, "cell_bending", bending)
 
@@ -87,11 +98,15 @@ def known_cell(monkeypatch):
 def test_the_arc_between_ends_is_that_of_a_rod():
     """Against the rod's closed form, to rounding."""
     calibration = synthetic.calibration()
-    actuator = Actuator(BODY, CAP, 12e-3, 0.1, 1e-3, **PLANTED)
+    actuator = Actuator(BODY, CAP, 12e-3, 0.1, 1e-3, base_stiffness=AT_REST, **PLANTED)
     rod = rodmodel.Rod(calibration.section_law, actuator, calibration.domain, 0.01)
     pressure = jnp.array([30e3, 12e3, 5e3])
-    curvature = np.asarray(rod.section.free_curvature(pressure))[None]
-    (tip,), (axis,) = ends.tip_between_ends(curvature, np.asarray(pressure)[None], BODY, CAP, **PLANTED)
+    free = rod.section.free_curvature(pressure)
+    softness = AT_REST * np.linalg.inv(rod.section.stiffness(free, pressure))[None]
+    curvature = np.asarray(free)[None]
+    (tip,), (axis,) = ends.tip_between_ends(
+        curvature, np.asarray(pressure)[None], softness, BODY, CAP, **PLANTED
+    )
     np.testing.assert_allclose(tip, rod.solve(pressure).tip_position, atol=1e-14)
     np.testing.assert_allclose(axis, rod.solve(pressure).tip_rotation[:, 2], atol=1e-14)
 

@@ -9,9 +9,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from rodmodel import FixedStep, Rod
+from rodmodel._ends import base_turn
 from tests.unit.rodmodel import synthetic
 
 TURN, LAG = 1.5e-6, 3e-3  # [rad/Pa], [m]
+STIFFNESS = 3e-4  # [N m²]
 OFFSET, CURVATURE = 2.5e-3, 8.0
 STIFF = {"stiff_tip": 2e-3}
 PRESSURE = jnp.array([30e3, 10e3, 2e3])
@@ -28,6 +30,10 @@ def rod_with(**ends: float) -> Rod:
 
 def turned() -> Rod:
     return rod_with(base_turn=TURN, base_lag=LAG)
+
+
+def softened() -> Rod:
+    return rod_with(base_turn=TURN, base_lag=LAG, base_stiffness=STIFFNESS)
 
 
 def aside() -> Rod:
@@ -56,6 +62,18 @@ def test_a_turned_base_is_a_base_rotation(loads) -> None:
     # θ is that of the tip from the clamp's axis, not from the first section's.
     cosine = float(ours.tip_rotation[2, 2])
     np.testing.assert_allclose(np.cos(ours.bending_angle), cosine, atol=1e-12)
+
+
+def test_a_softer_section_turns_more() -> None:
+    """By the section's own compliance at the free curvature, about the axes across the rod."""
+    rod = softened()
+    free = rod.section.free_curvature(PRESSURE)
+    stiffness = np.asarray(rod.section.stiffness(free, PRESSURE))
+    plain = np.asarray(base_turn(turned().actuator, PRESSURE, rod.section.at(PRESSURE), free))
+    found = base_turn(rod.actuator, PRESSURE, rod.section.at(PRESSURE), free)
+    expected = STIFFNESS * np.linalg.solve(stiffness, plain) * [1.0, 1.0, 0.0]
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-15)
+    assert np.linalg.norm(expected - plain) > 0.05 * np.linalg.norm(plain)
 
 
 def test_it_turns_the_way_that_the_chamber_bends_it() -> None:
@@ -102,7 +120,7 @@ def test_chambers_held_at_the_ends_change_their_volume_by_so_much_less() -> None
     np.testing.assert_array_equal(found.tip_position, free.solve(PRESSURE).tip_position)
 
 
-@pytest.mark.parametrize("make", [turned, aside, both])
+@pytest.mark.parametrize("make", [turned, softened, aside, both])
 def test_the_compliance_is_symmetric_and_that_of_differences(make) -> None:
     """An energy stands behind it: a force on a cap aside turns the body by its moment about its end."""
     rod = make()
@@ -141,7 +159,7 @@ def test_a_follower_force_on_a_cap_aside_is_a_dead_one_along_it() -> None:
     np.testing.assert_allclose(jacobian.pressure.tip_position, np.transpose(columns), atol=1e-5 * scale)
 
 
-@pytest.mark.parametrize("make", [turned, aside, both])
+@pytest.mark.parametrize("make", [turned, softened, aside, both])
 def test_the_predictor_agrees_with_its_jacobian(make) -> None:
     rod = make()
     loads = {"tip_force": FORCE, "gravity": GRAVITY}

@@ -127,7 +127,9 @@ def test_the_compliance_of_the_ends_is_found(known_cell):
 def test_the_ends_are_found(known_cell):
     """Planted ones, to the tolerance of the least squares; with noise, within three standard errors."""
     found = ends.fit_ends(truth_of(), BODY, CAP, 0.0)
-    assert found.values == pytest.approx({**PLANTED, "held_length": HELD}, rel=1e-6)
+    assert found.values == pytest.approx(
+        {**PLANTED, "base_stiffness": AT_REST, "held_length": HELD}, rel=1e-6
+    )
     assert found.before > 1e-4 > 1e-9 > found.after
     assert found.volume_before > 1e-8 > 1e-18 > found.volume_after
     noisy = truth_of()

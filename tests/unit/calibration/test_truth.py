@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from calibration.cli import main
-from calibration.truth import STATIONS, TruthError, case_of, gather, merged, trace
+from calibration.truth import STATIONS, TruthError, case_of, gather, load_truth, merged, trace
 from calibration.truth_cases import TruthCase, cases
 from fem_reference import ActuatorLoad, DoubleHelix, Thread
 from fem_reference.actuator_run import RunError
@@ -59,6 +59,15 @@ def test_the_states_that_were_found_are_gathered_in_si_units(runs):
         np.testing.assert_allclose(at_end, state.shape.positions[body], atol=1e-6)
     told = json.loads(found.attrs["runs"])["small"]
     assert (told["command"], told["reached"], told["loads"]) == ("the command", 2, 2)
+
+
+def test_a_longer_name_is_kept_in_a_file_of_shorter_ones(runs, tmp_path):
+    found = gather(runs[0], [SMALL])
+    short, long = (found.assign(case=("state", np.array([name] * 2, dtype=object))) for name in ("a", "a-b"))
+    file = tmp_path / "truth.nc"
+    short.to_netcdf(file, engine="h5netcdf")
+    merged(load_truth(file), long).to_netcdf(tmp_path / "both.nc", engine="h5netcdf")
+    assert load_truth(tmp_path / "both.nc")["case"].values.tolist() == ["a", "a", "a-b", "a-b"]
 
 
 def test_cases_come_to_those_that_a_file_has_and_take_the_place_of_their_own(runs):

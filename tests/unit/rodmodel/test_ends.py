@@ -120,7 +120,7 @@ def test_chambers_held_at_the_ends_change_their_volume_by_so_much_less() -> None
     np.testing.assert_array_equal(found.tip_position, free.solve(PRESSURE).tip_position)
 
 
-@pytest.mark.parametrize("make", [turned, softened, aside, both])
+@pytest.mark.parametrize("make", [softened, aside, both])
 def test_the_compliance_is_symmetric_and_that_of_differences(make) -> None:
     """An energy stands behind it: a force on a cap aside turns the body by its moment about its end."""
     rod = make()
@@ -159,7 +159,7 @@ def test_a_follower_force_on_a_cap_aside_is_a_dead_one_along_it() -> None:
     np.testing.assert_allclose(jacobian.pressure.tip_position, np.transpose(columns), atol=1e-5 * scale)
 
 
-@pytest.mark.parametrize("make", [turned, softened, aside, both])
+@pytest.mark.parametrize("make", [softened, aside, both])
 def test_the_predictor_agrees_with_its_jacobian(make) -> None:
     rod = make()
     loads = {"tip_force": FORCE, "gravity": GRAVITY}

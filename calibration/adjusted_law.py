@@ -175,8 +175,10 @@ def adjusted_rod(rod: Rod, parameters: np.ndarray, wall: OuterWall | None = None
     total = max((rod.domain.pressure_sum_max - offset.sum()) / gain.max(), 0.0)
     bending, _, torque = (float(scale) * axis for axis in rod.domain.moment_axes)
     domain = Domain((first, second, third), float(total), bending, torque)
-    law = AdjustedLaw(rod.section, jnp.asarray(parameters, float), OuterWall() if wall is None else wall)
-    return replace(rod, section=law, domain=domain)
+    wall = OuterWall() if wall is None else wall
+    of_ends = replace(rod.actuator, base_stiffness=float(scale) * rod.actuator.base_stiffness)
+    law = AdjustedLaw(rod.section, jnp.asarray(parameters, float), wall)
+    return replace(rod, section=law, actuator=of_ends, domain=domain)
 
 
 def _parts(parameters: Any) -> tuple[Any, Any, Any, Any]:

@@ -222,7 +222,11 @@ def _outputs_and_slopes(
 
     def predict(parameters: Float[Array, "10"], row: tuple[Any, ...]) -> tuple[Array, Array]:
         pressure, force, gravity = row
-        with_law = replace(rod, section=AdjustedLaw(rod.section, parameters, wall))
+        # The ends are of the same silicone: what they hold back scales as the section's stiffness does.
+        ends = rod.actuator
+        if ends.base_stiffness != 0.0:
+            ends = replace(ends, base_stiffness=parameters[0] * ends.base_stiffness)
+        with_law = replace(rod, section=AdjustedLaw(rod.section, parameters, wall), actuator=ends)
         solved = with_law.solve(pressure, tip_force=force, gravity=gravity, throw=False, solver=FixedStep())
         bend = jnp.stack([solved.bending_angle, solved.bending_plane])
         outputs = jnp.concatenate([bend, solved.tip_position])

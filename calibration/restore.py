@@ -1,19 +1,21 @@
 """A run's directory from its dataset, so that a sweep whose files are gone can be given more paths."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from calibration.dataset import VARIABLES, attributes
 from calibration.path_file import PathWriter, path_file
-from calibration.run import RUN_FILE
+from calibration.run import RUN_FILE, RunPlan, refuse_another
 
 _OF_THE_DATASET = ("failures", "unstable", "paths")
 
 
-def restore_run(dataset: xr.Dataset, directory: Path) -> None:
+def restore_run(dataset: xr.Dataset, directory: Path, plan: RunPlan, material: Mapping[str, Any]) -> None:
     """Write a run's directory as it was when its dataset was made, all its paths finished.
 
     A directory that holds a run already is left alone: the same command takes up what was stopped.
@@ -22,10 +24,17 @@ def restore_run(dataset: xr.Dataset, directory: Path) -> None:
     ----------
     dataset : of the run.
     directory : made if missing.
+    plan, material : of the run that goes on, with any number of paths.
+
+    Raises
+    ------
+    RunError
+        Where the dataset is of another run; nothing is written then.
     """
     if (directory / RUN_FILE).exists():
         return
     run = attributes(dataset)
+    refuse_another(run, plan, material, "--extend: the dataset", "one")
     ends = {**run["failures"], **run["unstable"]}
     names = dataset["path"].values
     values = {name: dataset[name].values for name, *_ in VARIABLES}

@@ -73,6 +73,19 @@ class RunPlan:
         }
 
 
+def refuse_another(
+    found: Mapping[str, Any], plan: RunPlan, material: Mapping[str, Any], where: str, expected: str
+) -> None:
+    """Raise a `RunError` where a run's description, found somewhere, is not of this plan."""
+    wanted = json.loads(json.dumps({**plan.description(), "material": material}))
+    for key, value in wanted.items():
+        if found.get(key) != value:
+            raise RunError(
+                f"{where} holds a run with {key} {found.get(key)}, this one has {value}; "
+                f"expected {expected} of the same run"
+            )
+
+
 def open_run(directory: Path, plan: RunPlan, command: str, material: Mapping[str, Any]) -> dict[str, Any]:
     """Begin a run directory, or take up one that was begun with the same plan (more paths may be asked for).
 
@@ -86,16 +99,9 @@ def open_run(directory: Path, plan: RunPlan, command: str, material: Mapping[str
         If the directory holds a run of another plan.
     """
     file = directory / RUN_FILE
-    wanted = json.loads(json.dumps({**plan.description(), "material": material}))
     if file.exists():
         found = json.loads(file.read_text())
-        different = [key for key, value in wanted.items() if found.get(key) != value]
-        if different:
-            key = different[0]
-            raise RunError(
-                f"--out: {directory} holds a run with {key} {found.get(key)}, this one has {wanted[key]}; "
-                "expected an empty directory or one of the same run"
-            )
+        refuse_another(found, plan, material, f"--out: {directory}", "an empty directory or one")
         if command not in found["command"].split("; "):
             found["command"] += f"; {command}"
             if code_version() not in found["code_version"].split("; "):
@@ -103,6 +109,7 @@ def open_run(directory: Path, plan: RunPlan, command: str, material: Mapping[str
             file.write_text(json.dumps(found, indent=1) + "\n")
         return dict(found)
     directory.mkdir(parents=True, exist_ok=True)
+    wanted = {**plan.description(), "material": material}
     description = {**wanted, "command": command, "code_version": code_version(), "date": today()}
     file.write_text(json.dumps(description, indent=1) + "\n")
     return description

@@ -46,7 +46,11 @@ def base_turn(
         return turn
     _, (a, b, c, d, e, f) = law.linearise(triple(free_curvature))
     x, y, _ = solve(((a, b, c), (b, d, e), (c, e, f)), triple(actuator.base_stiffness * turn))
-    return jnp.stack([x, y, jnp.zeros_like(x)])
+    softened = jnp.stack([x, y, jnp.zeros_like(x)])
+    if isinstance(actuator.base_stiffness, float | int):
+        return softened
+    # Of a stack of rods, some may turn the same whatever their stiffness.
+    return jnp.where(actuator.base_stiffness == 0.0, turn, softened)
 
 
 def tip_offset(actuator: Actuator, free_curvature: Float[Array, "3"]) -> Float[Array, "3"] | None:

@@ -81,12 +81,11 @@ def _run(options: argparse.Namespace, command: str) -> int:
         orientations=(psi[0], psi[1]) if len(psi) == 2 else None,
     )
     directory = Path(options.out)
+    material = {"body": asdict(Ogden()), "thread": asdict(Thread())}
     try:
         if options.extend is not None:
-            restore_run(read_dataset(options.extend), directory)
-        description = open_run(
-            directory, plan, command, {"body": asdict(Ogden()), "thread": asdict(Thread())}
-        )
+            restore_run(read_dataset(options.extend), directory, plan, material)
+        description = open_run(directory, plan, command, material)
         paths = plan.design()
         tracer = CellTracer(plan.geometry, plan.winding, plan.level, plan.end_compliance)
         records = run_sweep(tracer, paths, directory, options.workers, options.scheduler)

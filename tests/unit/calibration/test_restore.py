@@ -2,12 +2,13 @@
 
 from dataclasses import replace
 
+import pytest
 import xarray as xr
 
 from calibration.dataset import build_dataset
 from calibration.path_file import path_file, read_path
 from calibration.restore import restore_run
-from calibration.run import RunPlan, open_run
+from calibration.run import RunError, RunPlan, open_run
 from calibration.sweep import run_sweep
 from fem_reference import ActuatorGeometry, DoubleHelix
 from rodmodel import Domain
@@ -19,7 +20,7 @@ MATERIAL = {"bulk_modulus": 1e8}
 
 
 def test_its_dataset_is_the_one_that_it_was_restored_from(dataset, tmp_path):
-    restore_run(dataset, tmp_path)
+    restore_run(dataset, tmp_path, PLAN, MATERIAL)
     description = open_run(tmp_path, PLAN, "rodmodel-calibrate run", MATERIAL)
     paths = PLAN.design()
     records = {path.name: read_path(path_file(tmp_path, path.name)) for path in paths}
@@ -29,7 +30,7 @@ def test_its_dataset_is_the_one_that_it_was_restored_from(dataset, tmp_path):
 def test_it_goes_on_with_the_paths_that_are_not_in_the_dataset(dataset, tmp_path):
     from manufactured_cell import ManufacturedTracer
 
-    restore_run(dataset, tmp_path)
+    restore_run(dataset, tmp_path, PLAN, MATERIAL)
     before = {file.name: file.read_text() for file in (tmp_path / "paths").iterdir()}
     more = replace(PLAN, paths=42)
     found = open_run(tmp_path, more, "rodmodel-calibrate run --paths 42", MATERIAL)
@@ -42,9 +43,15 @@ def test_it_goes_on_with_the_paths_that_are_not_in_the_dataset(dataset, tmp_path
 
 def test_a_directory_that_holds_a_run_is_left_alone(dataset, tmp_path):
     """The same command, after a kill, finds more paths and commands than the dataset has."""
-    restore_run(dataset, tmp_path)
+    restore_run(dataset, tmp_path, PLAN, MATERIAL)
     open_run(tmp_path, replace(PLAN, paths=42), "rodmodel-calibrate run --paths 42", MATERIAL)
     path_file(tmp_path, "040-train-mixed").write_text("{}\n")
     before = {file: file.read_text() for file in tmp_path.rglob("*.json*")}
-    restore_run(dataset, tmp_path)
+    restore_run(dataset, tmp_path, PLAN, MATERIAL)
     assert {file: file.read_text() for file in tmp_path.rglob("*.json*")} == before
+
+
+def test_a_dataset_of_another_run_is_refused_before_anything_is_written(dataset, tmp_path):
+    with pytest.raises(RunError, match="--extend: the dataset holds a run with seed 0, this one has 1"):
+        restore_run(dataset, tmp_path, replace(PLAN, seed=1), MATERIAL)
+    assert not any(tmp_path.iterdir())

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from rodmodel import CurvatureLaw, Domain, Rod, SectionLaw
+from rodmodel import Actuator, CurvatureLaw, Domain, Rod, SectionLaw
 
 NAMES = (
     "stiffness_scale",
@@ -175,10 +175,15 @@ def adjusted_rod(rod: Rod, parameters: np.ndarray, wall: OuterWall | None = None
     total = max((rod.domain.pressure_sum_max - offset.sum()) / gain.max(), 0.0)
     bending, _, torque = (float(scale) * axis for axis in rod.domain.moment_axes)
     domain = Domain((first, second, third), float(total), bending, torque)
-    wall = OuterWall() if wall is None else wall
-    of_ends = replace(rod.actuator, base_stiffness=float(scale) * rod.actuator.base_stiffness)
-    law = AdjustedLaw(rod.section, jnp.asarray(parameters, float), wall)
-    return replace(rod, section=law, actuator=of_ends, domain=domain)
+    law = AdjustedLaw(rod.section, jnp.asarray(parameters, float), OuterWall() if wall is None else wall)
+    return replace(rod, section=law, actuator=scaled_ends(rod.actuator, float(scale)), domain=domain)
+
+
+def scaled_ends(actuator: Actuator, scale: float | Float[Array, ""]) -> Actuator:
+    """Ends of the same silicone as the section: what they hold back scales as its stiffness does."""
+    if isinstance(actuator.base_stiffness, float | int) and actuator.base_stiffness == 0:
+        return actuator  # the same for all, whatever the scale
+    return replace(actuator, base_stiffness=scale * actuator.base_stiffness)
 
 
 def _parts(parameters: Any) -> tuple[Any, Any, Any, Any]:

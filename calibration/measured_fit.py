@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 from scipy.optimize import least_squares
 from scipy.stats import norm, t
 
-from calibration.adjusted_law import NAMES, AdjustedLaw, OuterWall, default_parameters
+from calibration.adjusted_law import NAMES, AdjustedLaw, OuterWall, default_parameters, scaled_ends
 from calibration.identifiability import Held, identify
 from calibration.measured import ANGLE, PLANE, POSITIONS, Measured
 from rodmodel import FixedStep, Rod
@@ -222,10 +222,7 @@ def _outputs_and_slopes(
 
     def predict(parameters: Float[Array, "10"], row: tuple[Any, ...]) -> tuple[Array, Array]:
         pressure, force, gravity = row
-        # The ends are of the same silicone: what they hold back scales as the section's stiffness does.
-        ends = rod.actuator
-        if ends.base_stiffness != 0.0:
-            ends = replace(ends, base_stiffness=parameters[0] * ends.base_stiffness)
+        ends = scaled_ends(rod.actuator, parameters[0])
         with_law = replace(rod, section=AdjustedLaw(rod.section, parameters, wall), actuator=ends)
         solved = with_law.solve(pressure, tip_force=force, gravity=gravity, throw=False, solver=FixedStep())
         bend = jnp.stack([solved.bending_angle, solved.bending_plane])

@@ -11,7 +11,8 @@ from calibration.provenance import code_version, today
 from fem_reference import ActuatorGeometry, Winding
 from rodmodel import Domain
 
-PRESSURE_STEP = 4e3  # [Pa], of a path from a load to the next
+# Of a path, from a load to the next [Pa]: a law needs many paths rather than many states of each.
+PRESSURE_STEP = 8e3
 #: In a run's directory, what it was asked for.
 RUN_FILE = "run.json"
 #: By how much the ends of the paper's actuator give [m/N]: `ends`, from its own runs.

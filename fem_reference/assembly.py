@@ -65,11 +65,20 @@ class SparsePattern:
     def __len__(self) -> int:
         return len(self._keys)
 
-    def extend(self, rows: Int[np.ndarray, " n"], columns: Int[np.ndarray, " n"]) -> None:
-        """Add the entries of the upper triangle that the pattern lacks; a change gives a new ``revision``."""
+    def has(self, rows: Int[np.ndarray, " n"], columns: Int[np.ndarray, " n"]) -> bool:
+        """Whether all these entries of the upper triangle are in the pattern."""
+        return not self._missing(rows, columns).size
+
+    def _missing(
+        self, rows: Int[np.ndarray, " n"], columns: Int[np.ndarray, " n"]
+    ) -> Int[np.ndarray, " missing"]:
         wanted = rows * np.int64(self.size) + columns
         at = np.minimum(np.searchsorted(self._keys, wanted), len(self._keys) - 1)
-        missing = np.unique(wanted[self._keys[at] != wanted])
+        return wanted[self._keys[at] != wanted]
+
+    def extend(self, rows: Int[np.ndarray, " n"], columns: Int[np.ndarray, " n"]) -> None:
+        """Add the entries of the upper triangle that the pattern lacks; a change gives a new ``revision``."""
+        missing = np.unique(self._missing(rows, columns))
         if missing.size:
             before = np.searchsorted(self._keys, missing)
             shift = np.cumsum(np.bincount(before, minlength=len(self._keys)))

@@ -1,17 +1,25 @@
-"""Isochoric Ogden hyperelasticity in principal stretches: energy, stress and tangent, batched.
+"""Isochoric Ogden hyperelasticity in principal stretches: energy, stress and tangent at many points at once.
 
-Everything is exact for equal stretches too: the ratios of differences are written with sinh(x)/x. Stresses
-are in the unit of the moduli (MPa inside the FEM).
+Components come first and points last, so that compiled loops run over the points. Everything is exact for
+equal stretches too: the ratios of differences are written with sinh(x)/x. Stresses are in the unit of the
+moduli (MPa inside the FEM). In double precision only: `jax.enable_x64`.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
-import numpy as np
+import jax.numpy as jnp
+from jax import Array
 from jaxtyping import Float
 
 from fem_reference.symmetric_eigen import symmetric_eigen
 
 _PAIRS = ((0, 1), (1, 2), (2, 0))
+#: Pairs i ≤ k of directions, one for each block of a tangent; that of (k, i) is its transpose.
+BLOCKS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+# Below this, sinh(x)/x is summed up to x⁸/9!: the first term left out is under 1e-22, and a difference of
+# exponentials would lose more than a hundred roundings.
+_SERIES_BELOW = 0.01
 
 
 @dataclass(frozen=True)
@@ -57,105 +65,112 @@ class Ogden:
         return sum(self.shear_moduli)
 
 
-def isochoric_energy(
-    material: Ogden, unit: float, deformation_gradient: Float[np.ndarray, "*batch 3 3"]
-) -> Float[np.ndarray, "*batch"]:
-    """Isochoric strain energy per reference volume, in ``unit`` pascals (1e6 gives MPa)."""
-    F = deformation_gradient
-    squared, _ = symmetric_eigen(np.swapaxes(F, -1, -2) @ F)
-    strain = 0.5 * np.log(squared)
-    strain -= strain.mean(axis=-1, keepdims=True)
-    energy = np.zeros(F.shape[:-2])
-    for mu, alpha in zip(material.shear_moduli, material.exponents, strict=True):
+class Moduli(NamedTuple):
+    """Constants μ_i and α_i of an Ogden solid's isochoric part."""
+
+    shear_moduli: Float[Array, " terms"]
+    exponents: Float[Array, " terms"]
+
+
+class Principal(NamedTuple):
+    """Polar parts of F = Σ λ_i n_i ⊗ N_i; directions are columns: the components of n_j are ``after[:, j]``.
+
+    ``deviatoric`` : ln λ_i less their mean.
+    """
+
+    stretch: Float[Array, "3 *points"]
+    strain: Float[Array, "3 *points"]
+    deviatoric: Float[Array, "3 *points"]
+    after: Float[Array, "3 3 *points"]
+    before: Float[Array, "3 3 *points"]
+
+
+def principal(F: Float[Array, "3 3 *points"]) -> Principal:
+    """Principal stretches and directions of deformation gradients."""
+    square = jnp.stack([jnp.stack([_dot(F[:, i], F[:, j]) for j in range(3)]) for i in range(3)])
+    squared, N = symmetric_eigen(square)
+    stretch, strain = jnp.sqrt(squared), 0.5 * jnp.log(squared)
+    n = jnp.stack([jnp.stack([_dot(F[i], N[:, j]) / stretch[j] for j in range(3)]) for i in range(3)])
+    return Principal(stretch, strain, strain - strain.mean(axis=0), n, N)
+
+
+def isochoric_energy(moduli: Moduli, at: Principal) -> Float[Array, "*points"]:
+    """Isochoric strain energy per reference volume."""
+    energy = jnp.zeros_like(at.strain[0])
+    for mu, alpha in zip(*moduli, strict=True):
         # expm1 keeps the small-strain energy free of cancellation.
-        energy += 2.0 * mu / unit / alpha**2 * np.expm1(alpha * strain).sum(axis=-1)
+        energy += 2.0 * mu / alpha**2 * jnp.expm1(alpha * at.deviatoric).sum(axis=0)
     return energy
 
 
-def isochoric_stress(
-    material: Ogden, unit: float, deformation_gradient: Float[np.ndarray, "*batch 3 3"]
-) -> Float[np.ndarray, "*batch 3 3"]:
-    """First Piola–Kirchhoff stress P = ∂W/∂F of the isochoric part; see `isochoric_response`."""
-    _, stretch, n, N, deviatoric = _principal(deformation_gradient)
-    kirchhoff = np.zeros(stretch.shape)
-    for mu, alpha in zip(material.shear_moduli, material.exponents, strict=True):
-        power = np.exp(alpha * deviatoric)
-        kirchhoff += 2.0 * mu / unit / alpha * (power - power.mean(axis=-1, keepdims=True))
-    return (n * (kirchhoff / stretch)[..., None, :]) @ np.swapaxes(N, -1, -2)
-
-
-def _principal(F: Float[np.ndarray, "*batch 3 3"]) -> tuple[np.ndarray, ...]:
-    """Squared stretches, stretches, principal directions after and before, and deviatoric log strains."""
-    squared, N = symmetric_eigen(np.swapaxes(F, -1, -2) @ F)
-    stretch = np.sqrt(squared)
-    strain = np.log(stretch)
-    return squared, stretch, (F @ N) / stretch[..., None, :], N, strain - strain.mean(axis=-1, keepdims=True)
+def isochoric_stress(moduli: Moduli, at: Principal) -> Float[Array, "3 *points"]:
+    """Principal first Piola–Kirchhoff stresses: P = Σ stress_i n_i ⊗ N_i of the isochoric part."""
+    kirchhoff = jnp.zeros_like(at.strain)
+    for mu, alpha in zip(*moduli, strict=True):
+        power = jnp.exp(alpha * at.deviatoric)
+        kirchhoff += 2.0 * mu / alpha * (power - power.mean(axis=0))
+    return kirchhoff / at.stretch
 
 
 def isochoric_response(
-    material: Ogden, unit: float, deformation_gradient: Float[np.ndarray, "*batch 3 3"]
-) -> tuple[Float[np.ndarray, "*batch 3 3"], Float[np.ndarray, "*batch 9 9"]]:
-    """First Piola–Kirchhoff stress P = ∂W/∂F and its tangent ∂P/∂F of the isochoric part.
+    moduli: Moduli, at: Principal
+) -> tuple[Float[Array, "3 *points"], Float[Array, "6 3 3 *points"]]:
+    """Principal stresses and tangent of the isochoric part.
 
-    With F = Σ λ_i n_i ⊗ N_i, the stress is Σ τ_i/λ_i n_i ⊗ N_i, and the tangent has, in the basis n_i ⊗ N_j,
-    one 3×3 block for the stretches and a 2×2 block for each pair i ≠ j (Ogden 1997, Non-linear Elastic
-    Deformations, §6.1.4).
-
-    Parameters
-    ----------
-    material : see `Ogden`.
-    unit : pascals per unit of the result.
-    deformation_gradient : F.
+    In the basis n_i ⊗ N_j, ∂P/∂F has one 3×3 block for the stretches and a 2×2 block for each pair i ≠ j
+    (Ogden 1997, Non-linear Elastic Deformations, §6.1.4).
 
     Returns
     -------
-    stress : P, (…, 3, 3).
-    tangent : ∂P_iJ/∂F_kL as a symmetric matrix over the row-major pairs (iJ), (kL).
+    stress : as `isochoric_stress` gives.
+    tangent : N_Ja (∂P_iJ/∂F_kL) N_Lb over (a, b), one block for each pair (i, k) of `BLOCKS`.
     """
-    squared, stretch, n, N, deviatoric = _principal(deformation_gradient)
-    batch = stretch.shape[:-1]
-    # Components first, points last: NumPy's inner loops then run over the points.
-    lam, square, dev = (np.ascontiguousarray(a.reshape(-1, 3).T) for a in (stretch, squared, deviatoric))
-    strain = np.log(lam)
-    first, second = np.array(_PAIRS).T
-    gap, total = strain[first] - strain[second], strain[first] + strain[second]
-    level = dev[first] + dev[second]
-
-    kirchhoff, own, mutual, ratio = (np.zeros(lam.shape) for _ in range(4))
-    for mu, alpha in zip(material.shear_moduli, material.exponents, strict=True):
-        mu = mu / unit
-        power = np.exp(alpha * dev)
+    lam, strain, deviatoric, n, _ = at
+    kirchhoff, own = jnp.zeros_like(lam), jnp.zeros_like(lam)
+    mutual, ratio = ([jnp.zeros_like(lam[0])] * 3 for _ in range(2))
+    for mu, alpha in zip(*moduli, strict=True):
+        half = jnp.exp(0.5 * alpha * deviatoric)
+        power = half * half
         mean = power.mean(axis=0)
         kirchhoff += 2.0 * mu / alpha * (power - mean)
         # ∂τ_i/∂(ln λ_i), and ∂τ_i/∂(ln λ_j) of each pair.
         own += 2.0 / 3.0 * mu * (power + mean)
-        mutual -= 2.0 / 3.0 * mu * (power[first] + power[second] - mean)
-        # (τ_i − τ_j)/(λ_i² − λ_j²) of each pair, but for what all terms share.
-        ratio += mu * np.exp(0.5 * alpha * level) * _sinhc(0.5 * alpha * gap)
-    ratio *= np.exp(-total) / _sinhc(gap)
-    product = lam[first] * lam[second]
-    mean_stress = 0.5 * (kirchhoff[first] + kirchhoff[second])
-    mixed = (0.5 * (square[first] + square[second]) * ratio - mean_stress) / product
-
-    frame = np.zeros((lam.shape[1], 9, 9))
+        for k, (i, j) in enumerate(_PAIRS):
+            mutual[k] -= 2.0 / 3.0 * mu * (power[i] + power[j] - mean)
+            # (τ_i − τ_j)/(λ_i² − λ_j²), but for what all terms share.
+            gap = 0.5 * alpha * (deviatoric[i] - deviatoric[j])
+            ratio[k] += mu * _sinhc(gap, half[i], half[j])
+    zero = jnp.zeros_like(lam[0])
+    # Of the dyads n_i ⊗ N_j: with themselves, with n_j ⊗ N_i, and of n_i ⊗ N_i with n_j ⊗ N_j.
+    alone, crossed, across = ([[zero] * 3 for _ in range(3)] for _ in range(3))
     for i in range(3):
-        frame[:, 4 * i, 4 * i] = (own[i] - kirchhoff[i]) / square[i]
+        alone[i][i] = (own[i] - kirchhoff[i]) / lam[i] ** 2
     for k, (i, j) in enumerate(_PAIRS):
-        frame[:, 4 * i, 4 * j] = frame[:, 4 * j, 4 * i] = mutual[k] / product[k]
-        here, there = 3 * i + j, 3 * j + i
-        frame[:, here, here] = frame[:, there, there] = ratio[k]
-        frame[:, here, there] = frame[:, there, here] = mixed[k]
+        product = lam[i] * lam[j]
+        shear = ratio[k] / _sinhc(strain[i] - strain[j], lam[i], lam[j])
+        mean_stress = 0.5 * (kirchhoff[i] + kirchhoff[j])
+        alone[i][j] = alone[j][i] = shear
+        across[i][j] = across[j][i] = mutual[k] / product
+        mean_square = 0.5 * (lam[i] ** 2 + lam[j] ** 2)
+        crossed[i][j] = crossed[j][i] = (mean_square * shear - mean_stress) / product
 
-    stress = (n * (kirchhoff.T.reshape(*batch, 3) / stretch)[..., None, :]) @ np.swapaxes(N, -1, -2)
-    # Columns of `basis` are the nine dyads n_i ⊗ N_j.
-    basis = (n[..., :, None, :, None] * N[..., None, :, None, :]).reshape(*batch, 9, 9)
-    tangent = basis @ frame.reshape(*batch, 9, 9) @ np.swapaxes(basis, -1, -2)
-    return stress, tangent
+    def entry(i: int, k: int, a: int, b: int) -> Array:
+        if a == b:
+            return _dot(n[i] * n[k], jnp.stack([alone[c][a] for c in range(3)]))
+        return n[i, a] * n[k, b] * across[a][b] + n[i, b] * n[k, a] * crossed[a][b]
+
+    tangent = [[[entry(i, k, a, b) for b in range(3)] for a in range(3)] for i, k in BLOCKS]
+    return kirchhoff / lam, jnp.stack([jnp.stack([jnp.stack(row) for row in block]) for block in tangent])
 
 
-def _sinhc(x: np.ndarray | np.float64) -> np.ndarray:
-    """sinh(x)/x, exact near zero."""
-    small = np.abs(x) < 1e-3
-    safe = np.where(small, 1.0, x)
-    # Below 1e-3 the series' first omitted term, x⁶/5040, is under 1e-21.
-    return np.where(small, 1.0 + x**2 / 6.0 * (1.0 + x**2 / 20.0), np.sinh(safe) / safe)
+def _sinhc(x: Array, up: Array, down: Array) -> Array:
+    """sinh(x)/x times up·down, where up/down = exp(x)."""
+    small = jnp.abs(x) < _SERIES_BELOW
+    square = x * x
+    series = 1.0 + square / 6.0 * (1.0 + square / 20.0 * (1.0 + square / 42.0 * (1.0 + square / 72.0)))
+    closed = 0.5 * (up * up - down * down) / jnp.where(small, 1.0, x)
+    return jnp.where(small, up * down * series, closed)
+
+
+def _dot(a: Array, b: Array) -> Array:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

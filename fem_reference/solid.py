@@ -19,22 +19,24 @@ the 27/4-c element, of quadratic displacements and linear discontinuous pressure
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
+import jax
+import jax.numpy as jnp
 import numpy as np
+from jax import Array
 from jaxtyping import Float
 
-from fem_reference.material import Ogden, isochoric_energy, isochoric_response, isochoric_stress
+from fem_reference import element_kernel
+from fem_reference.element_kernel import ElementChunk
+from fem_reference.material import BLOCKS, Moduli, Ogden
 from fem_reference.mesh import BodyMesh
 from fem_reference.reference_element import reference_element
-from fem_reference.screw import LEVI_CIVITA
 
 _MPA = 1e6
 
-# ε_ikm ε_JLN as a matrix from F_mN to ∂²(det F)/∂F_iJ∂F_kL.
-_DETERMINANT_HESSIAN = np.einsum("ikm,JLN->mNiJkL", LEVI_CIVITA, LEVI_CIVITA).reshape(9, 81)
-
 # Gauss points worked on at once: their arrays stay in a processor's cache. As many threads as OpenMP has.
-_CHUNK = 2048
+_CHUNK = 1024
 _THREADS = int((os.environ.get("OMP_NUM_THREADS") or str(os.cpu_count() or 1)).split(",")[0])
 _POOL = ThreadPoolExecutor(_THREADS)
 
@@ -56,29 +58,39 @@ class SolidElements:
         corner = mesh.points[self.connectivity]
         # ∂X_i/∂ξ_j at every Gauss point.
         mapping = np.einsum("eai,qaj->eqij", corner, reference.gradients)
-        #: ∂N_a/∂X_J, (element, point, node, direction).
-        self._gradients = reference.gradients @ np.linalg.inv(mapping)
-        elements, points, nodes, _ = self._gradients.shape
-        # (element, point·direction, node), to contract over points and directions in one product.
-        self._stacked = np.ascontiguousarray(
-            self._gradients.transpose(0, 1, 3, 2).reshape(elements, points * 3, nodes)
-        )
-        self._weights = reference.weights * np.linalg.det(mapping)
-        self.volume = self._weights.sum(axis=1)
+        gradients = reference.gradients @ np.linalg.inv(mapping)
+        weights = reference.weights * np.linalg.det(mapping)
+        self.volume = weights.sum(axis=1)
         #: Share of the body's volume that belongs to each node [mm³].
         self.nodal_volumes = np.bincount(
-            self.connectivity.ravel(), weights=(self._weights @ reference.values).ravel()
+            self.connectivity.ravel(), weights=(weights @ reference.values).ravel()
         )
-        self._modes = _pressure_modes(reference.values @ corner, self._weights, mesh.order)
-        self._chunk_size = max(_CHUNK // points, 1)
+        modes = _pressure_modes(reference.values @ corner, weights, mesh.order)
+        #: Pressure coefficients of an element.
+        self.modes = modes.shape[2]
+        self._gradients = gradients
+        # Compiled for one size: the last chunk is filled up with its last element.
+        size = max(_CHUNK // weights.shape[1], 1)
+        self._starts = range(0, len(corner), size)
+        members = [np.minimum(np.arange(start, start + size), len(corner) - 1) for start in self._starts]
+        self._members = [self.connectivity[chosen] for chosen in members]
+        with jax.enable_x64(True):
+            self._constants = (
+                Moduli(jnp.asarray(np.divide(material.shear_moduli, _MPA)), jnp.asarray(material.exponents)),
+                jnp.asarray(self.bulk_modulus),
+            )
+            self._chunks = [
+                ElementChunk(
+                    gradients=jnp.asarray(np.ascontiguousarray(gradients[chosen].transpose(2, 3, 1, 0))),
+                    weights=jnp.asarray(np.ascontiguousarray(weights[chosen].T)),
+                    modes=jnp.asarray(np.ascontiguousarray(modes[chosen].transpose(2, 1, 0))),
+                    volume=jnp.asarray(self.volume[chosen]),
+                )
+                for chosen in members
+            ]
 
     def __len__(self) -> int:
         return len(self.connectivity)
-
-    @property
-    def modes(self) -> int:
-        """Pressure coefficients of an element."""
-        return self._modes.shape[2]
 
     def deformation_gradient(
         self, positions: Float[np.ndarray, "nodes 3"]
@@ -89,15 +101,25 @@ class SolidElements:
 
     def dilatation(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "elements modes"]:
         """ϑ_j of every element; the first is the mean of det F − 1."""
-        growth = self._weights * (np.linalg.det(self.deformation_gradient(positions)) - 1.0)
-        return (growth[:, None] @ self._modes)[:, 0] / self.volume[:, None]
+        result = np.empty((len(self), self.modes))
+
+        def fill(part: slice, chunk: ElementChunk, local: np.ndarray) -> None:
+            found = np.asarray(element_kernel.dilatation(chunk, local))
+            result[part] = found.T[: len(result[part])]
+
+        self._in_chunks(fill, positions)
+        return result
 
     def energy(self, positions: Float[np.ndarray, "nodes 3"]) -> float:
         """Strain energy of the mesh [N mm]."""
-        F = self.deformation_gradient(positions)
-        isochoric = (self._weights * isochoric_energy(self.material, _MPA, F)).sum()
-        squares = (self.dilatation(positions) ** 2).sum(axis=1)
-        return float(isochoric + 0.5 * self.bulk_modulus * (self.volume * squares).sum())
+        result = np.empty(len(self))
+
+        def fill(part: slice, chunk: ElementChunk, local: np.ndarray) -> None:
+            found = np.asarray(element_kernel.energy(chunk, *self._constants, local))
+            result[part] = found[: len(result[part])]
+
+        self._in_chunks(fill, positions)
+        return float(result.sum())
 
     def pressure_after(
         self,
@@ -127,121 +149,96 @@ class SolidElements:
         pressure : π_j of the tangent's geometric part [MPa]; by default κ ϑ_j, which makes the tangent the
             exact Hessian of the energy.
         """
-        count, dofs = len(self), 3 * self.connectivity.shape[1]
-        force, stiffness = np.empty((count, dofs)), np.empty((count, dofs, dofs))
-        volume_gradient = np.empty((count, self.modes, dofs))
+        if pressure is None:
+            pressure = self.bulk_modulus * self.dilatation(positions)
+        nodes = self.connectivity.shape[1]
+        force, stiffness = np.empty((len(self), 3 * nodes)), np.empty((len(self), 3 * nodes, 3 * nodes))
+        volume_gradient = np.empty((len(self), self.modes, 3 * nodes))
 
-        def fill(part: slice) -> None:
-            given = None if pressure is None else pressure[part]
-            force[part], stiffness[part], volume_gradient[part] = self._chunk(positions, given, part)
+        def fill(part: slice, chunk: ElementChunk, local: np.ndarray) -> None:
+            given = np.zeros((self.modes, local.shape[2]))
+            given[:, : len(force[part])] = pressure[part].T
+            forces, growth, gradients, tangent = element_kernel.response(
+                chunk, *self._constants, local, given
+            )
+            force[part] = _by_element(forces)[: len(force[part])]
+            volume_gradient[part] = _by_element(growth)[: len(force[part])]
+            _integrate(stiffness[part], gradients, tangent)
+            scaled = (self.bulk_modulus / self.volume[part])[:, None, None] * volume_gradient[part]
+            stiffness[part] += np.swapaxes(volume_gradient[part], 1, 2) @ scaled
 
-        self._in_chunks(fill)
+        self._in_chunks(fill, positions)
         return force, stiffness, volume_gradient
 
     def force(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "elements dofs"]:
         """Element forces alone, those of `response`."""
-        force = np.empty((len(self), 3 * self.connectivity.shape[1]))
+        result = np.empty((len(self), 3 * self.connectivity.shape[1]))
 
-        def fill(part: slice) -> None:
-            weights, modes = self._weights[part], self._modes[part]
-            F = np.swapaxes(positions[self.connectivity[part]], 1, 2)[:, None] @ self._gradients[part]
-            cofactor = _cofactor(F)
-            growth = weights * ((F[..., 0, :] * cofactor[..., 0, :]).sum(axis=-1) - 1.0)
-            dilatation = (growth[:, None] @ modes)[:, 0] / self.volume[part, None]
-            pressure = self.bulk_modulus * (modes @ dilatation[:, :, None])
-            stress = isochoric_stress(self.material, _MPA, F) + pressure[..., None] * cofactor
-            force[part] = _gather(self._stacked[part], stress * weights[..., None, None])
+        def fill(part: slice, chunk: ElementChunk, local: np.ndarray) -> None:
+            found = element_kernel.force(chunk, *self._constants, local)
+            result[part] = _by_element(found)[: len(result[part])]
 
-        self._in_chunks(fill)
-        return force
+        self._in_chunks(fill, positions)
+        return result
 
     def viscosity(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "elements dofs dofs"]:
         """Element matrices of ∫ 2μ D:D dV, D the deviator of the rate of strain where the body is now.
 
         That of a viscous solid with a relaxation time of one. Rigid motions cost nothing.
         """
-        count, dofs = len(self), 3 * self.connectivity.shape[1]
-        matrices = np.empty((count, dofs, dofs))
+        dofs = 3 * self.connectivity.shape[1]
+        matrices = np.empty((len(self), dofs, dofs))
         modulus = self.material.shear_modulus / _MPA
 
-        def fill(part: slice) -> None:
-            gradients = self._gradients[part]
-            F = np.swapaxes(positions[self.connectivity[part]], 1, 2)[:, None] @ gradients
-            inverse = np.linalg.inv(F)
-            # 2 D:D = |δF F⁻¹|² + δF F⁻¹ : (δF F⁻¹)ᵀ − ⅔ (tr δF F⁻¹)².
-            rate = np.einsum("ik,eqJm,eqLm->eqiJkL", np.eye(3), inverse, inverse)
-            rate += np.einsum("eqJk,eqLi->eqiJkL", inverse, inverse)
-            rate -= 2.0 / 3.0 * np.einsum("eqJi,eqLk->eqiJkL", inverse, inverse)
-            weights = modulus * self._weights[part][..., None, None]
-            tangent = rate.reshape(*inverse.shape[:2], 9, 9) * weights
-            matrices[part] = _stiffness(tangent, gradients, self._stacked[part])
+        def fill(part: slice, chunk: ElementChunk, local: np.ndarray) -> None:
+            tangent = element_kernel.viscous_tangent(chunk, modulus, local)
+            _integrate(matrices[part], jnp.swapaxes(chunk.gradients, 0, 1), tangent)
 
-        self._in_chunks(fill)
+        self._in_chunks(fill, positions)
         return matrices
 
-    def _in_chunks(self, fill: Callable[[slice], None]) -> None:
-        """Call ``fill`` for all elements, some at a time."""
-        parts = [slice(k, k + self._chunk_size) for k in range(0, len(self), self._chunk_size)]
-        # NumPy lets go of the interpreter in its loops; chunks do not depend on each other.
-        for _ in _POOL.map(fill, parts):
+    def _in_chunks(
+        self,
+        fill: Callable[[slice, ElementChunk, Float[np.ndarray, "nodes 3 elements"]], None],
+        positions: Float[np.ndarray, "nodes 3"],
+    ) -> None:
+        """Call ``fill`` for all elements, some at a time, with their nodes' positions."""
+
+        def at(start: int, chunk: ElementChunk, members: np.ndarray) -> None:
+            local = np.ascontiguousarray(positions[members].transpose(1, 2, 0))
+            # The setting is one of a thread.
+            with jax.enable_x64(True):
+                fill(slice(start, start + len(members)), chunk, local)
+
+        # Compiled code lets go of the interpreter; chunks do not depend on each other.
+        for _ in _POOL.map(at, self._starts, self._chunks, self._members):
             pass
 
-    def _chunk(
-        self, positions: Float[np.ndarray, "nodes 3"], pressure: np.ndarray | None, part: slice
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """`response` of some elements."""
-        gradients, volume, stacked = self._gradients[part], self.volume[part], self._stacked[part]
-        modes = self._modes[part]
-        F = np.swapaxes(positions[self.connectivity[part]], 1, 2)[:, None] @ gradients
-        elements, points = self._weights[part].shape
-        weights = self._weights[part]
-        cofactor = _cofactor(F)
-        growth = weights * ((F[..., 0, :] * cofactor[..., 0, :]).sum(axis=-1) - 1.0)
-        constitutive = self.bulk_modulus * (growth[:, None] @ modes)[:, 0] / volume[:, None]
-        if pressure is None:
-            pressure = constitutive
 
-        stress, tangent = isochoric_response(self.material, _MPA, F)
-        at_points = (modes @ pressure[:, :, None])[..., 0]
-        tangent += (at_points[:, :, None] * (F.reshape(elements, points, 9) @ _DETERMINANT_HESSIAN)).reshape(
-            elements, points, 9, 9
-        )
-        tangent *= weights[..., None, None]
-        volume_gradient = np.stack(
-            [
-                _gather(stacked, cofactor * (weights * modes[:, :, j])[..., None, None])
-                for j in range(modes.shape[2])
-            ],
-            axis=1,
-        )
-        force = _gather(stacked, stress * weights[..., None, None])
-        force += (constitutive[:, None] @ volume_gradient)[:, 0]
-
-        stiffness = _stiffness(tangent, gradients, stacked)
-        stiffness += np.swapaxes(volume_gradient, 1, 2) @ (
-            (self.bulk_modulus / volume)[:, None, None] * volume_gradient
-        )
-        return force, stiffness, volume_gradient
+def _integrate(
+    stiffness: Float[np.ndarray, "elements dofs dofs"],
+    gradients: Float[Array, "3 nodes points padded"],
+    tangent: Float[Array, "6 3 3 points padded"],
+) -> None:
+    """Fill in K_(ai)(bk) = Σ_q dN_aJ A_iJkL dN_bL, both in one frame at each point; see `element_kernel`."""
+    count, nodes, points = len(stiffness), *gradients.shape[1:3]
+    # Matrices of one point, (element, point, J·block, L) and (…, L, node), then of one element.
+    at_points = np.asarray(tangent)[..., :count].transpose(4, 3, 1, 0, 2).reshape(count, points, 18, 3)
+    right = np.ascontiguousarray(np.asarray(gradients)[..., :count].transpose(3, 2, 0, 1))
+    half = (at_points @ right).reshape(count, points * 3, 6 * nodes)
+    blocks = np.swapaxes(right.reshape(count, points * 3, nodes), 1, 2) @ half
+    blocks = blocks.reshape(count, nodes, 6, nodes)
+    entries = stiffness.reshape(count, nodes, 3, nodes, 3)
+    for number, (i, k) in enumerate(BLOCKS):
+        entries[:, :, i, :, k] = blocks[:, :, number]
+        if i != k:
+            entries[:, :, k, :, i] = np.swapaxes(blocks[:, :, number], 1, 2)
 
 
-def _stiffness(
-    tangent: Float[np.ndarray, "elements points 9 9"],
-    gradients: Float[np.ndarray, "elements points nodes 3"],
-    stacked: Float[np.ndarray, "elements _ nodes"],
-) -> Float[np.ndarray, "elements dofs dofs"]:
-    """K_(ai)(bk) = Σ_q dN_aJ A_iJkL dN_bL: first over J at each point, then over (q, L) in one product."""
-    elements, points, nodes, _ = gradients.shape
-    by_row = np.ascontiguousarray(
-        tangent.reshape(elements, points, 3, 3, 3, 3).transpose(0, 1, 3, 2, 4, 5)
-    ).reshape(elements, points, 3, 27)
-    half = (gradients @ by_row).reshape(elements, points, 9 * nodes, 3)
-    half = np.ascontiguousarray(half.transpose(0, 2, 1, 3)).reshape(elements, 9 * nodes, points * 3)
-    return (
-        (half @ stacked)
-        .reshape(elements, nodes, 3, 3, nodes)
-        .transpose(0, 1, 2, 4, 3)
-        .reshape(elements, 3 * nodes, 3 * nodes)
-    )
+def _by_element(values: Any) -> Float[np.ndarray, "elements ..."]:
+    """Values of nodes (…, node, 3, element) as (element, …, 3 node + i)."""
+    values = np.moveaxis(np.asarray(values), -1, 0)
+    return values.reshape(*values.shape[:-2], -1)
 
 
 def _pressure_modes(
@@ -255,19 +252,3 @@ def _pressure_modes(
         functions = np.concatenate([functions, (places - centre) / np.cbrt(volume)], axis=2)
     gram = np.swapaxes(functions, 1, 2) @ (weights[:, :, None] * functions) / volume
     return functions @ np.swapaxes(np.linalg.inv(np.linalg.cholesky(gram)), 1, 2)
-
-
-def _gather(
-    stacked: Float[np.ndarray, "elements _ nodes"], weighted: Float[np.ndarray, "elements points 3 3"]
-) -> Float[np.ndarray, "elements dofs"]:
-    """Σ_q dN_aJ T_iJ for every element, as (a, i)."""
-    elements = len(stacked)
-    # (element, point·J, i), from T_iJ.
-    columns = np.swapaxes(weighted, -1, -2).reshape(elements, -1, 3)
-    return (np.swapaxes(stacked, 1, 2) @ columns).reshape(elements, -1)
-
-
-def _cofactor(F: Float[np.ndarray, "*batch 3 3"]) -> Float[np.ndarray, "*batch 3 3"]:
-    """Cofactor of F, ∂(det F)/∂F."""
-    rows = [np.cross(F[..., (i + 1) % 3, :], F[..., (i + 2) % 3, :]) for i in range(3)]
-    return np.stack(rows, axis=-2)

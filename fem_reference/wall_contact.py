@@ -17,6 +17,8 @@ ACTIVATION = 0.05
 # Stress scale of the area-weighted barrier. The bending angle at 60 kPa moves by 0.5 % when it is divided by
 # ten.
 STIFFNESS = 0.02
+# Walls within this many activation distances are taken for neighbours, which may soon touch.
+_NEAR = 3.0
 # Exactly parallel edges, of which an extruded mesh has many, leave the kind of an edge pair to round-off, and
 # with it a share of the barrier. A fixed offset of this size per vertex breaks the ties.
 TIE_BREAK = 1e-4
@@ -44,15 +46,16 @@ class WallContact:
         # Sums in a fixed order: the same positions give the same force, bit for bit.
         ipctk.set_num_threads(1)
         self._potential = ipctk.BarrierPotential(ACTIVATION, STIFFNESS, use_physical_barrier=True)
+        self._wide = ipctk.BarrierPotential(_NEAR * ACTIVATION, STIFFNESS, use_physical_barrier=True)
 
     def _vertices(self, positions: Float[np.ndarray, "nodes 3"]) -> np.ndarray:
         return np.asfortranarray(positions[self.nodes] + self._offset)
 
-    def _collisions(self, vertices: np.ndarray) -> ipctk.NormalCollisions:
+    def _collisions(self, vertices: np.ndarray, reach: float = ACTIVATION) -> ipctk.NormalCollisions:
         collisions = ipctk.NormalCollisions()
         collisions.use_area_weighting = True
         collisions.collision_set_type = ipctk.NormalCollisions.IMPROVED_MAX_APPROX
-        collisions.build(self._mesh, vertices, ACTIVATION)
+        collisions.build(self._mesh, vertices, reach)
         return collisions
 
     def energy(self, positions: Float[np.ndarray, "nodes 3"]) -> float:
@@ -75,13 +78,24 @@ class WallContact:
         if collisions.empty():
             return None
         force = self._force(collisions, vertices, positions)
-        return force, self._hessian(collisions, vertices, positions.size, ipctk.PSDProjectionMethod.NONE)
+        return force, self._hessian(
+            self._potential, collisions, vertices, positions.size, ipctk.PSDProjectionMethod.NONE
+        )
 
     def convex_hessian(self, positions: Float[np.ndarray, "nodes 3"]) -> sparse.csr_matrix:
         """The Hessian with every pair's own negative eigenvalues set to zero."""
         vertices = self._vertices(positions)
         collisions = self._collisions(vertices)
-        return self._hessian(collisions, vertices, positions.size, ipctk.PSDProjectionMethod.CLAMP)
+        return self._hessian(
+            self._potential, collisions, vertices, positions.size, ipctk.PSDProjectionMethod.CLAMP
+        )
+
+    def neighbours(self, positions: Float[np.ndarray, "nodes 3"]) -> sparse.csr_matrix:
+        """A matrix over all degrees of freedom with entries where `response` has some, or soon may."""
+        vertices = self._vertices(positions)
+        collisions = self._collisions(vertices, _NEAR * ACTIVATION)
+        none = ipctk.PSDProjectionMethod.NONE
+        return self._hessian(self._wide, collisions, vertices, positions.size, none)
 
     def _force(
         self, collisions: ipctk.NormalCollisions, vertices: np.ndarray, positions: np.ndarray
@@ -92,12 +106,13 @@ class WallContact:
 
     def _hessian(
         self,
+        potential: ipctk.BarrierPotential,
         collisions: ipctk.NormalCollisions,
         vertices: np.ndarray,
         size: int,
         projection: ipctk.PSDProjectionMethod,
     ) -> sparse.csr_matrix:
-        local = self._potential.hessian(collisions, self._mesh, vertices, projection).tocoo()
+        local = potential.hessian(collisions, self._mesh, vertices, projection).tocoo()
         dofs = (3 * self.nodes[:, None] + np.arange(3)).ravel()
         return sparse.csr_matrix((local.data, (dofs[local.row], dofs[local.col])), shape=(size, size))
 

@@ -1,6 +1,7 @@
 """What every test runs under: double precision, one thread a process, no display, shapes checked."""
 
 import os
+from pathlib import Path
 
 # Read when NumPy, MKL and XLA are first imported. Two pytest processes fill two cores: more threads would
 # only contend for them.
@@ -16,6 +17,13 @@ import pytest
 from hypothesis import settings
 
 jax.config.update("jax_enable_x64", True)
+
+# What one module has compiled serves the next, and the processes that tests start. Each worker has its own.
+_COMPILED = Path(__file__).parents[1] / "build" / "compiled" / os.environ.get("PYTEST_XDIST_WORKER", "alone")
+os.environ["JAX_COMPILATION_CACHE_DIR"] = str(_COMPILED)
+os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0.3"
+jax.config.update("jax_compilation_cache_dir", str(_COMPILED))
+jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.3)
 
 # Every shape and dtype that an annotation names is checked at each call (each trace, under jit).
 # The hook acts on modules imported after it, so nothing here or in a plugin may import these earlier.

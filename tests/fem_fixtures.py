@@ -8,13 +8,17 @@ import functools
 import itertools
 from collections.abc import Callable, Sequence
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
+from jax import Array
 from numpy.typing import ArrayLike
 
 from fem_reference import ActuatorGeometry, CellState, DoubleHelix, Load, Ogden, PeriodCell, Thread, follow
 from fem_reference.cell_equations import CellEquations
 from fem_reference.configuration import Configuration
+from fem_reference.material import BLOCKS, Moduli, Principal, isochoric_response, principal
 from fem_reference.mesh import BodyMesh
 from fem_reference.screw import screw_series
 from fem_reference.section import MeshLevel
@@ -54,6 +58,39 @@ def rotation(axis: tuple[float, float, float], angle: float) -> np.ndarray:
 
 
 TURN = rotation((1.0, -2.0, 0.5), 1.1)
+
+
+def points_last(array: ArrayLike, components: int) -> Array:
+    """An array over points whose last axes are components, with these first, as compiled loops have it."""
+    return jnp.moveaxis(jnp.asarray(array), range(-components, 0), range(components))
+
+
+def points_first(array: ArrayLike, components: int) -> np.ndarray:
+    """The inverse of `points_last`."""
+    return np.moveaxis(np.asarray(array), range(components), range(-components, 0))
+
+
+@jax.jit
+def _principal_response(moduli: Moduli, F: Array) -> tuple[Principal, Array, Array]:
+    at = principal(F)
+    return at, *isochoric_response(moduli, at)
+
+
+def isochoric_tangent(
+    material: Ogden, unit: float, deformation_gradient: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Stress P and ∂P/∂F over the row-major pairs (iJ), (kL), from those of the principal frame."""
+    moduli = Moduli(jnp.asarray(material.shear_moduli) / unit, jnp.asarray(material.exponents))
+    at, stress, blocks = _principal_response(moduli, points_last(deformation_gradient, 2))
+    before = points_first(at.before, 2)
+    by_pair = np.empty((3, 3, *blocks.shape[1:]))
+    for (i, k), block in zip(BLOCKS, np.asarray(blocks), strict=True):
+        by_pair[i, k], by_pair[k, i] = block, np.swapaxes(block, 0, 1)
+    tangent = np.einsum("ikab...,...Ja,...Lb->...iJkL", by_pair, before, before)
+    return (
+        points_first(at.after * stress, 2) @ np.swapaxes(before, -1, -2),
+        tangent.reshape(*tangent.shape[:-4], 9, 9),
+    )
 
 
 SIDES = ("x low", "x high", "y low", "y high", "z low", "z high")

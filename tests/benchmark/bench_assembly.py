@@ -25,9 +25,9 @@ import skfem
 
 from fem_reference import LEVELS, Actuator, ActuatorGeometry, ActuatorLoad, Ogden
 from fem_reference.assembly import SparsePattern
-from fem_reference.material import isochoric_response
 from fem_reference.mesh import BodyMesh, body_mesh
 from fem_reference.solid import SolidElements
+from tests.fem_fixtures import isochoric_tangent
 
 LENGTHS_MM = (3.0, 12.0, 48.0)
 BODIES_MM = (15.0, 30.0, 60.0)
@@ -104,7 +104,7 @@ def bilinear(mesh: BodyMesh) -> Callable[[], object]:
         return np.einsum("iJkLeq,iJeq,kLeq->eq", w["A"], v.grad, u.grad)
 
     def assemble() -> object:
-        _, tangent = isochoric_response(Ogden(), 1e6, solid.deformation_gradient(x))
+        _, tangent = isochoric_tangent(Ogden(), 1e6, solid.deformation_gradient(x))
         elements, points = tangent.shape[:2]
         field = np.moveaxis(tangent.reshape(elements, points, 3, 3, 3, 3), (0, 1), (4, 5))
         return form.assemble(basis, A=skfem.DiscreteField(np.ascontiguousarray(field)))

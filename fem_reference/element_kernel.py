@@ -1,0 +1,181 @@
+"""Compiled loops over the Gauss points of some hexahedra: forces, tangents and dilatations.
+
+Stress and tangent are evaluated in the principal frame at each point and integrated there, with the shape
+functions' gradients turned into it: the tangent is never turned back. Only its blocks of directions i ≤ k are
+kept, as it is symmetric. Components come first and elements last, so that the innermost loops, over elements,
+are vectorised. See `solid` for the mechanics. Lengths mm, stresses MPa.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+from jaxtyping import Float
+
+from fem_reference.material import (
+    BLOCKS,
+    Moduli,
+    Principal,
+    isochoric_energy,
+    isochoric_response,
+    isochoric_stress,
+    principal,
+)
+
+# Later stages read what earlier ones have stored; else XLA would work it out anew for every use.
+_stored = jax.lax.optimization_barrier
+
+
+class ElementChunk(NamedTuple):
+    """Elements at rest: ∂N_a/∂X_J at every Gauss point, weights, pressure modes and volumes."""
+
+    gradients: Float[Array, "nodes 3 points elements"]
+    weights: Float[Array, "points elements"]
+    modes: Float[Array, "modes points elements"]
+    volume: Float[Array, " elements"]
+
+
+@jax.jit
+def response(
+    chunk: ElementChunk,
+    moduli: Moduli,
+    bulk_modulus: Array,
+    local: Float[Array, "nodes 3 elements"],
+    pressure: Float[Array, "modes elements"],
+) -> tuple[
+    Float[Array, "nodes 3 elements"],
+    Float[Array, "modes nodes 3 elements"],
+    Float[Array, "3 nodes points elements"],
+    Float[Array, "6 3 3 points elements"],
+]:
+    """Forces, V_e ∂ϑ_j/∂x, and what the stiffness at fixed π_j is integrated from.
+
+    Parameters
+    ----------
+    chunk, moduli, bulk_modulus : the elements and their material.
+    local : positions of each element's nodes.
+    pressure : π_j of the tangent's geometric part.
+
+    Returns
+    -------
+    force, volume_gradient : of the elements' nodes.
+    gradients : of the shape functions, turned into the principal frame at each point.
+    tangent : with its weights in that frame, for each pair of `BLOCKS`; see `isochoric_response`.
+    """
+    F = _stored(_deformation_gradient(chunk, local))
+    at, growth = _stored((principal(F), _growth(F)))
+    constitutive = bulk_modulus * _mean(chunk, growth)
+    stress, tangent = isochoric_response(moduli, at)
+    at_points = (chunk.modes * pressure[:, None]).sum(axis=0)
+    tangent = (tangent + at_points * _determinant_tangent(at)) * chunk.weights
+    turned = _stored(_turned(chunk, at.before))
+    cofactor = (1.0 + growth) / at.stretch
+    volume_gradient = _stored(
+        jnp.stack([_pull(turned, at.after * (chunk.weights * mode * cofactor)) for mode in chunk.modes])
+    )
+    force = _pull(turned, at.after * (chunk.weights * stress))
+    force += (constitutive[:, None, None] * volume_gradient).sum(axis=0)
+    return force, volume_gradient, turned, tangent
+
+
+@jax.jit
+def force(
+    chunk: ElementChunk, moduli: Moduli, bulk_modulus: Array, local: Float[Array, "nodes 3 elements"]
+) -> Float[Array, "nodes 3 elements"]:
+    """Forces alone, those of `response`."""
+    F = _stored(_deformation_gradient(chunk, local))
+    at, growth = _stored((principal(F), _growth(F)))
+    pressure = (chunk.modes * (bulk_modulus * _mean(chunk, growth))[:, None]).sum(axis=0)
+    stress = isochoric_stress(moduli, at) + pressure * (1.0 + growth) / at.stretch
+    return _pull(_stored(_turned(chunk, at.before)), at.after * (chunk.weights * stress))
+
+
+@jax.jit
+def energy(
+    chunk: ElementChunk, moduli: Moduli, bulk_modulus: Array, local: Float[Array, "nodes 3 elements"]
+) -> Float[Array, " elements"]:
+    """Strain energy of each element."""
+    F = _deformation_gradient(chunk, local)
+    at, squares = principal(F), (_mean(chunk, _growth(F)) ** 2).sum(axis=0)
+    isochoric = (chunk.weights * isochoric_energy(moduli, at)).sum(axis=0)
+    return isochoric + 0.5 * bulk_modulus * chunk.volume * squares
+
+
+@jax.jit
+def dilatation(
+    chunk: ElementChunk, local: Float[Array, "nodes 3 elements"]
+) -> Float[Array, "modes elements"]:
+    """ϑ_j of each element."""
+    return _mean(chunk, _growth(_deformation_gradient(chunk, local)))
+
+
+@jax.jit
+def viscous_tangent(
+    chunk: ElementChunk, modulus: Array, local: Float[Array, "nodes 3 elements"]
+) -> Float[Array, "6 3 3 points elements"]:
+    """Of 2μ D:D, D the deviator of the rate of strain where the body is now, with its weights.
+
+    In the frame of the body at rest, for each pair of `BLOCKS`.
+    """
+    F = _deformation_gradient(chunk, local)
+    cofactor = jnp.stack([jnp.cross(F[(i + 1) % 3], F[(i + 2) % 3], axis=0) for i in range(3)])
+    inverse = cofactor / (F[0] * cofactor[0]).sum(axis=0)  # (F⁻¹)_Ji as [i, J]
+    square = (inverse[:, :, None] * inverse[:, None, :]).sum(axis=0)
+
+    # 2 D:D = |δF F⁻¹|² + δF F⁻¹ : (δF F⁻¹)ᵀ − ⅔ (tr δF F⁻¹)².
+    def block(i: int, k: int) -> Array:
+        crossed = inverse[k][:, None] * inverse[i][None, :]
+        across = inverse[i][:, None] * inverse[k][None, :]
+        return float(i == k) * square + crossed - 2.0 / 3.0 * across
+
+    return modulus * chunk.weights * jnp.stack([block(i, k) for i, k in BLOCKS])
+
+
+def _deformation_gradient(chunk: ElementChunk, local: Array) -> Float[Array, "3 3 points elements"]:
+    gradients = chunk.gradients
+    return jnp.stack(
+        [
+            jnp.stack([sum(local[a, i] * gradients[a, J] for a in range(len(local))) for J in range(3)])
+            for i in range(3)
+        ]
+    )
+
+
+def _growth(F: Float[Array, "3 3 points elements"]) -> Float[Array, "points elements"]:
+    """Growth det F − 1 of the volume."""
+    return (F[0] * jnp.cross(F[1], F[2], axis=0)).sum(axis=0) - 1.0
+
+
+def _mean(chunk: ElementChunk, growth: Float[Array, "points elements"]) -> Float[Array, "modes elements"]:
+    return (chunk.modes * (chunk.weights * growth)).sum(axis=1) / chunk.volume
+
+
+def _determinant_tangent(at: Principal) -> Float[Array, "6 3 3 points elements"]:
+    """∂²(det F)/∂F², turned as the isochoric tangent is: ε_ikm ε_abc (F N)_mc."""
+    zero = jnp.zeros_like(at.stretch[0])
+
+    def entry(i: int, k: int, a: int, b: int) -> Array:
+        if i == k or a == b:
+            return zero
+        m, c = 3 - i - k, 3 - a - b
+        sign = 1.0 if (k - i) % 3 == (b - a) % 3 else -1.0
+        return sign * at.after[m, c] * at.stretch[c]
+
+    blocks = [[[entry(i, k, a, b) for b in range(3)] for a in range(3)] for i, k in BLOCKS]
+    return jnp.stack([jnp.stack([jnp.stack(row) for row in block]) for block in blocks])
+
+
+def _turned(chunk: ElementChunk, frame: Array) -> Float[Array, "3 nodes points elements"]:
+    """Gradients along the columns of ``frame``."""
+    return jnp.stack([_dot(frame[:, a, None], jnp.swapaxes(chunk.gradients, 0, 1)) for a in range(3)])
+
+
+def _pull(turned: Array, stress: Float[Array, "3 3 points elements"]) -> Float[Array, "nodes 3 elements"]:
+    """Σ_q dN_a·T_i, the directions of both turned alike."""
+    return jnp.stack([_dot(stress[i][:, None], turned).sum(axis=1) for i in range(3)], axis=1)
+
+
+def _dot(a: Array, b: Array) -> Array:
+    """Over the first axis."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

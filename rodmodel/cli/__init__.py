@@ -1,5 +1,6 @@
 """The command `rodmodel`: predictions of the rod, for people and for programs."""
 
+import os
 import sys
 from collections.abc import Sequence
 
@@ -9,18 +10,26 @@ from rodmodel._arguments import InputError, Parser
 from rodmodel.cli import _inverse, _layouts, _predict, _workspace
 from rodmodel.cli._options import BAD_INPUT
 
+UNREAD = 141
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command.
 
     Returns
     -------
-    status : 0 good; 2 bad input, told in one line on standard error; 3 no convergence, with what was reached.
+    status : 0 good; 2 bad input, told in one line on standard error; 3 no convergence, with what was reached;
+        141 as of other commands (128 and the number of SIGPIPE) where the output was not read to its end.
     """
     jax.config.update("jax_enable_x64", True)
     try:
         options = _parser().parse_args(arguments)
         status: int = options.command(options)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # Whoever reads has had enough (`| head`). What is still unwritten would fail anew at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return UNREAD
     except InputError as error:
         # One line, whatever a file name or the system put into it.
         print("rodmodel:", *str(error).split(), file=sys.stderr)

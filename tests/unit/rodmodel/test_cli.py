@@ -344,3 +344,12 @@ sys.exit(status)
     angle = json.loads(run.stdout)["bending_angle_deg"]
     expected = synthetic.rod(synthetic.bending_law()).solve([30e3, 0.0, 0.0]).bending_angle
     assert math.isclose(angle, math.degrees(expected), rel_tol=1e-12)
+
+
+def test_output_that_is_not_read_to_its_end_is_no_failure_to_tell_of():
+    code = "import sys; from rodmodel.cli import main; sys.exit(main(['layouts']))"
+    run = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert run.stdout is not None and run.stderr is not None
+    run.stdout.close()
+    assert run.stderr.read() == b""
+    assert run.wait() == 141

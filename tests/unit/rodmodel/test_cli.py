@@ -348,8 +348,9 @@ sys.exit(status)
 
 def test_output_that_is_not_read_to_its_end_is_no_failure_to_tell_of():
     code = "import sys; from rodmodel.cli import main; sys.exit(main(['layouts']))"
-    run = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    assert run.stdout is not None and run.stderr is not None
-    run.stdout.close()
-    assert run.stderr.read() == b""
-    assert run.wait() == 141
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as run:
+        run.stdout.close()
+        assert run.stderr.read() == b""
+    assert run.returncode == 141

@@ -21,6 +21,7 @@ from calibration.design import LoadingPath
 from calibration.path_file import PathRecord, PathWriter, path_file, read_path
 from calibration.progress import progress_bar
 from calibration.tracing import CellTracer, Trace, trace_path
+from fem_reference import keep_memory
 
 _POLL = 0.2  # [s]
 _CONNECT = 10.0  # [s]
@@ -152,6 +153,8 @@ _mine = threading.local()
 def _run_path(make_trace: Callable[[], Trace], path: LoadingPath, topic: str) -> list[dict[str, Any]]:
     maker = make_trace if path.psi is None else cast(CellTracer, make_trace).oriented(path.psi)
     if getattr(_mine, "made_by", None) != maker:
+        # Else the system's zeroing of new pages for matrices takes a third of a path's time.
+        keep_memory()
         _mine.trace, _mine.made_by = maker(), maker
     worker, records = get_worker(), []
     for record in trace_path(_mine.trace, path):

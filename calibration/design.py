@@ -31,7 +31,7 @@ Role = Literal["train", "held-out"]
 Vector = NDArray[np.float64]
 
 HELD_OUT_EVERY = 5  # every fifth path judges, the others train
-MOMENT_STEPS = 4  # steps over which a continuation takes the largest moment
+MOMENT_STEPS = 2  # steps over which a continuation takes the largest moment
 
 
 def edge(domain: Domain, direction: Vector) -> Vector:

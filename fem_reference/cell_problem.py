@@ -63,7 +63,7 @@ class CellProblem(Problem):
 
     constraints = GAUGES
     reach = 0.3
-    noise = 1e-3
+    noise = 5e-3
     nearby = 0.01
     exact = True
 

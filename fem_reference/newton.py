@@ -50,7 +50,7 @@ MOMENT_TOLERANCE = 1e-8
 # Where walls touch, the barrier's gradient jumps a little as contact pairs change kind, and Newton's method
 # may end in a cycle about such a jump. It is accepted below this force [N] once the whole step is within the
 # problem's noise, which bounds what is lost.
-CONTACT_FORCE_TOLERANCE = 1e-3
+CONTACT_FORCE_TOLERANCE = 3e-3
 MAX_ITERATIONS = 30
 # Of a step in time: one that needs more iterations is too long; and how small the last of them must be beside
 # the first, since only the way's end counts.
@@ -61,7 +61,7 @@ _MAX_BACKTRACKS = 12
 # Iterations before steps that contract by less than this are halved, or taken for the contact's noise.
 _SETTLING = 5
 _CONTRACTION = 0.7
-_PATIENCE = 5
+_PATIENCE = 3
 # Line search: a step may be this much larger than the one before; how often one is halved; and the share of
 # the problem's reach below which growth is let pass.
 _GROWTH = 2.0

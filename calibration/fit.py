@@ -21,7 +21,7 @@ from calibration.oriented import AnyLaw, law_at
 from calibration.samples import Metric, Samples
 from calibration.second_order import UPPER, gradient_and_hessian
 
-HESSIAN_WEIGHT = 0.15  # of the errors at neighbouring states against those at the states themselves
+HESSIAN_WEIGHT = 0.3  # of the errors at neighbouring states against those at the states themselves
 _CHUNK = 128  # states whose Jacobian is held at a time
 # Relative to the mean diagonal of the normal matrix: the first damping; and how often it is raised in vain.
 _FIRST_DAMPING, _TRIALS = 1e-2, 12

@@ -9,7 +9,7 @@ import xarray as xr
 
 from calibration.compare import compare, markdown
 from calibration.dataset import attributes
-from calibration.design import MOMENT_STEPS, inside
+from calibration.design import inside
 from calibration.error import deviations, figures
 from calibration.fit import fit, mean_square
 from calibration.oriented import AnyLaw
@@ -26,6 +26,8 @@ STARTS, TRIAL_ITERATIONS = 3, 15
 # States whose softest direction has less than this part of the median stiffness are about to snap: no smooth
 # law can follow them, and none is asked to.
 SOFTEST = 0.1
+# How far around a state its Hessian is to tell the slopes: a pressure [Pa], and a share of the largest moment.
+NEAR_PRESSURE, NEAR_MOMENT = 4e3, 0.25
 # Of squares of parameters, against residuals of about one: see `fit`.
 PRIOR = 3e-3
 #: Layouts whose section is the same from all chambers; the others have a mirror or not.
@@ -63,7 +65,7 @@ def prepare(dataset: xr.Dataset, domain: Domain, length: float) -> Material:
     run = attributes(dataset)
     geometry = ActuatorGeometry(**run["geometry"])
     scales = Scales.of(domain, geometry.body_length, geometry.chamber_area)
-    steps = metric(train, length, run["pressure_step"], float(domain.moment_max) / MOMENT_STEPS)
+    steps = metric(train, length, NEAR_PRESSURE, NEAR_MOMENT * float(domain.moment_max))
     return Material(train, held_out, steps, scales)
 
 

@@ -98,7 +98,7 @@ def metric(samples: Samples, length: float, pressure_step: float, moment_step: f
     ----------
     samples : the states.
     length : of the body whose bending angle counts [m].
-    pressure_step, moment_step : between neighbouring states of a path [Pa], [N m].
+    pressure_step, moment_step : how far around a state its Hessian is to tell the slopes [Pa], [N m].
     """
     stiffness = samples.hessian[:, :3, :3]
     gradient = np.zeros((len(samples), 6, 6))

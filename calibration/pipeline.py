@@ -26,7 +26,7 @@ STARTS, TRIAL_ITERATIONS = 3, 15
 # States whose softest direction has less than this part of the median stiffness are about to snap: no smooth
 # law can follow them, and none is asked to.
 SOFTEST = 0.1
-# How far around a state its Hessian is to tell the slopes: a pressure [Pa], and a share of the largest moment.
+# How far around a state its Hessian is to tell the slopes: pressure [Pa], and share of the largest moment.
 NEAR_PRESSURE, NEAR_MOMENT = 4e3, 0.25
 # Of squares of parameters, against residuals of about one: see `fit`.
 PRIOR = 3e-3

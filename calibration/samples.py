@@ -79,12 +79,12 @@ class Metric:
 
     A moment error δm counts as the angle error L |K⁻¹ δm| that it causes in free bending, K the state's own
     stiffness. A Hessian error δH counts as the gradient error δH δy that it causes at a neighbouring state,
-    one sampling step δy away.
+    a small step δy away.
 
     Attributes
     ----------
     gradient : matrix of each state that turns a gradient error into these units.
-    step : a sampling step in each of (u, p) [1/m, Pa].
+    step : that step in each of (u, p) [1/m, Pa].
     """
 
     gradient: Float[np.ndarray, "n 6 6"]

@@ -49,8 +49,8 @@ _EXACT_STEP, _EXACT_FORCE = 1e-8, 1e-6
 MOMENT_TOLERANCE = 1e-8
 # Where walls touch, the barrier's gradient jumps a little as contact pairs change kind, and Newton's method
 # may end in a cycle about such a jump. It is accepted below this force [N] once the whole step is within the
-# problem's noise, which bounds what is lost.
-CONTACT_FORCE_TOLERANCE = 3e-3
+# problem's noise, which bounds what is lost, and below this moment [N mm].
+CONTACT_FORCE_TOLERANCE, CONTACT_MOMENT_TOLERANCE = 1e-3, 1e-4
 MAX_ITERATIONS = 30
 # Of a step in time: one that needs more iterations is too long; and how small the last of them must be beside
 # the first, since only the way's end counts.
@@ -143,7 +143,7 @@ def solve_equilibrium(
         )
         if size <= _ROUND_OFF_STEP and force <= _ROUND_OFF_FORCE and moment <= MOMENT_TOLERANCE:
             return _settled(problem, solver, at, linear, iteration, force, excess)
-        if iteration >= _PATIENCE and linear.walls_touch and _at_noise(problem, step, force):
+        if iteration >= _PATIENCE and linear.walls_touch and _at_noise(problem, step, force, moment):
             return _settled(problem, solver, at, linear, iteration, force, excess)
         history.append(force)
         too_long += convex and size > problem.reach
@@ -257,9 +257,10 @@ def _settled(
     return Equilibrium(at, linear, iterations, force, excess)
 
 
-def _at_noise(problem: Problem, step: Any, force: float) -> bool:
+def _at_noise(problem: Problem, step: Any, force: float, moment: float) -> bool:
     return (
         force <= CONTACT_FORCE_TOLERANCE
+        and moment <= CONTACT_MOMENT_TOLERANCE
         and float(np.abs(step.positions).max()) <= problem.noise
         and problem.is_small(step)
     )

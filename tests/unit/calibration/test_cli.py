@@ -9,6 +9,8 @@ import pytest
 
 import rodmodel
 from calibration.cli import main
+from calibration.dataset import load_dataset
+from calibration.pipeline import prepare
 
 RUN = ["run", "--out", "unused"]
 
@@ -93,7 +95,9 @@ def test_fit_writes_a_calibration_that_a_rod_can_use(calibrated, run_directory):
     assert provenance["run_command"] == "rodmodel-calibrate run"
     assert provenance["fit_command"].startswith("rodmodel-calibrate fit ")
     assert re.fullmatch("[0-9a-f]{64}", provenance["dataset_sha256"])
-    assert provenance["states"] > 500
+    used = prepare(load_dataset(run_directory / "dataset.nc"), calibration.domain, 0.06)
+    assert provenance["states"] == len(used.train) + len(used.held_out)
+    assert len(used.train) > len(used.held_out) > 0
     # The jitted law of the file is the one that was judged.
     free = eqx.filter_jit(calibration.section_law.free_curvature)(jax.numpy.array([3e4, 0.0, 0.0]))
     assert free[1] < 0

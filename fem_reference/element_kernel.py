@@ -17,6 +17,7 @@ from fem_reference.material import (
     BLOCKS,
     Moduli,
     Principal,
+    dot,
     isochoric_energy,
     isochoric_response,
     isochoric_stress,
@@ -168,14 +169,9 @@ def _determinant_tangent(at: Principal) -> Float[Array, "6 3 3 points elements"]
 
 def _turned(chunk: ElementChunk, frame: Array) -> Float[Array, "3 nodes points elements"]:
     """Gradients along the columns of ``frame``."""
-    return jnp.stack([_dot(frame[:, a, None], jnp.swapaxes(chunk.gradients, 0, 1)) for a in range(3)])
+    return jnp.stack([dot(frame[:, a, None], jnp.swapaxes(chunk.gradients, 0, 1)) for a in range(3)])
 
 
 def _pull(turned: Array, stress: Float[Array, "3 3 points elements"]) -> Float[Array, "nodes 3 elements"]:
     """Σ_q dN_a·T_i, the directions of both turned alike."""
-    return jnp.stack([_dot(stress[i][:, None], turned).sum(axis=1) for i in range(3)], axis=1)
-
-
-def _dot(a: Array, b: Array) -> Array:
-    """Over the first axis."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    return jnp.stack([dot(stress[i][:, None], turned).sum(axis=1) for i in range(3)], axis=1)

@@ -87,10 +87,10 @@ class Principal(NamedTuple):
 
 def principal(F: Float[Array, "3 3 *points"]) -> Principal:
     """Principal stretches and directions of deformation gradients."""
-    square = jnp.stack([jnp.stack([_dot(F[:, i], F[:, j]) for j in range(3)]) for i in range(3)])
+    square = jnp.stack([jnp.stack([dot(F[:, i], F[:, j]) for j in range(3)]) for i in range(3)])
     squared, N = symmetric_eigen(square)
     stretch, strain = jnp.sqrt(squared), 0.5 * jnp.log(squared)
-    n = jnp.stack([jnp.stack([_dot(F[i], N[:, j]) / stretch[j] for j in range(3)]) for i in range(3)])
+    n = jnp.stack([jnp.stack([dot(F[i], N[:, j]) / stretch[j] for j in range(3)]) for i in range(3)])
     return Principal(stretch, strain, strain - strain.mean(axis=0), n, N)
 
 
@@ -156,7 +156,7 @@ def isochoric_response(
 
     def entry(i: int, k: int, a: int, b: int) -> Array:
         if a == b:
-            return _dot(n[i] * n[k], jnp.stack([alone[c][a] for c in range(3)]))
+            return dot(n[i] * n[k], jnp.stack([alone[c][a] for c in range(3)]))
         return n[i, a] * n[k, b] * across[a][b] + n[i, b] * n[k, a] * crossed[a][b]
 
     tangent = [[[entry(i, k, a, b) for b in range(3)] for a in range(3)] for i, k in BLOCKS]
@@ -172,5 +172,6 @@ def _sinhc(x: Array, up: Array, down: Array) -> Array:
     return jnp.where(small, up * down * series, closed)
 
 
-def _dot(a: Array, b: Array) -> Array:
+def dot(a: Array, b: Array) -> Array:
+    """Product of two arrays summed over their first axis, of three."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -68,7 +68,6 @@ class SolidElements:
         modes = _pressure_modes(reference.values @ corner, weights, mesh.order)
         #: Pressure coefficients of an element.
         self.modes = modes.shape[2]
-        self._gradients = gradients
         # Compiled for one size: the last chunk is filled up with its last element.
         size = max(_CHUNK // weights.shape[1], 1)
         self._starts = range(0, len(corner), size)
@@ -96,8 +95,14 @@ class SolidElements:
         self, positions: Float[np.ndarray, "nodes 3"]
     ) -> Float[np.ndarray, "elements points 3 3"]:
         """F at every Gauss point."""
-        local = positions[self.connectivity]  # (element, node, 3)
-        return np.swapaxes(local, 1, 2)[:, None] @ self._gradients
+        result = np.empty((len(self), self._chunks[0].weights.shape[0], 3, 3))
+
+        def fill(part: slice, chunk: ElementChunk, local: np.ndarray) -> None:
+            found = np.einsum("aie,aJqe->eqiJ", local, np.asarray(chunk.gradients))
+            result[part] = found[: len(result[part])]
+
+        self._in_chunks(fill, positions)
+        return result
 
     def dilatation(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "elements modes"]:
         """ϑ_j of every element; the first is the mean of det F − 1."""

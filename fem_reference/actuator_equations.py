@@ -254,10 +254,7 @@ class ActuatorEquations:
         if walls is not None:
             force += walls[0]
             wall_entries = self._wall_entries(walls[1])
-            if not self.pattern.has(*wall_entries[:2]):
-                # With what may soon be needed: each new pattern has the matrix analysed anew.
-                self.pattern.extend(*self._wall_entries(self.walls.neighbours(x))[:2])
-                self.pattern.extend(*wall_entries[:2])
+            self.pattern.cover(*wall_entries[:2], lambda: self._wall_entries(self.walls.neighbours(x))[:2])
         data = np.zeros(len(self.pattern))
         if walls is not None:
             self.pattern.add_entries(data, *wall_entries)

@@ -1,6 +1,7 @@
 """Assembly of batched local matrices into a symmetric sparse matrix with a cached pattern."""
 
 import itertools
+from collections.abc import Callable
 
 import numpy as np
 import scipy.sparse as sparse
@@ -65,9 +66,19 @@ class SparsePattern:
     def __len__(self) -> int:
         return len(self._keys)
 
-    def has(self, rows: Int[np.ndarray, " n"], columns: Int[np.ndarray, " n"]) -> bool:
-        """Whether all these entries of the upper triangle are in the pattern."""
-        return not self._missing(rows, columns).size
+    def cover(
+        self,
+        rows: Int[np.ndarray, " n"],
+        columns: Int[np.ndarray, " n"],
+        ahead: Callable[[], tuple[Int[np.ndarray, " m"], Int[np.ndarray, " m"]]],
+    ) -> None:
+        """Add these entries if some are lacking, and then those that may soon be needed with them.
+
+        Each new pattern has the matrix analysed anew.
+        """
+        if self._missing(rows, columns).size:
+            self.extend(*ahead())
+            self.extend(rows, columns)
 
     def _missing(
         self, rows: Int[np.ndarray, " n"], columns: Int[np.ndarray, " n"]

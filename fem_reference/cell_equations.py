@@ -233,10 +233,7 @@ class CellEquations:
             force += walls[0]
             columns += (walls[1] @ frame.strain_motion.reshape(-1, 4)).reshape(-1, 3, 4)
             wall_entries = _upper_entries(frame, walls[1])
-            if not self.pattern.has(*wall_entries[:2]):
-                # With what may soon be needed: each new pattern has the matrix analysed anew.
-                self.pattern.extend(*_upper_entries(frame, self.walls.neighbours(x))[:2])
-                self.pattern.extend(*wall_entries[:2])
+            self.pattern.cover(*wall_entries[:2], lambda: _upper_entries(frame, self.walls.neighbours(x))[:2])
         data = np.zeros(len(self.pattern))
         if walls is not None:
             self.pattern.add_entries(data, *wall_entries)

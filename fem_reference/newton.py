@@ -70,6 +70,8 @@ _FLOOR = 0.1
 # Damped steps beyond the problem's reach with which the method gives up, and how often in a row they may
 # grow: a matrix that is stiffer than the true one leads to a minimum, if slowly, and away from a saddle.
 _TOO_LONG, _GROWING = 3, 6
+# Damped steps with which it gives up: so long a way may well end on another branch.
+_MOST_DAMPED = 8
 # Steps with a stiffness that is kept: how many, and how fast they must shrink.
 _KEPT_ITERATIONS = 8
 # Share of that size with which an equilibrium on the way to another ends; and the force [N] below which it
@@ -281,9 +283,13 @@ class _Damping:
         self._allowed = problem.constraints + inertia
         self._left = left
         self._rate = _FIRST_RATE
+        self._steps = 0
 
     def factorise(self, at: Any, linear: Any) -> None:
         """Leave the factors of such a matrix in the solver, or raise an `UnstableError`."""
+        self._steps += 1
+        if self._steps > _MOST_DAMPED:
+            raise UnstableError(f"no equilibrium after {_MOST_DAMPED} steps with another stiffness")
         problem = self._problem
         data = problem.convex_contact(linear)
         excess = self._excess(data)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fem_reference import Load, follow
+from fem_reference import Load, PeriodCell, Ring, follow
 from fem_reference.screw import screw_series
 from fem_reference.wall_contact import ACTIVATION
 
@@ -69,3 +69,24 @@ def test_states_in_contact_are_in_equilibrium(path):
         assert state.residual <= 1e-3
         # u is good to 1e-4 1/m there, against a stiffness of 3e-4 N m² or so.
         np.testing.assert_allclose(state.moment, 0.0, rtol=0, atol=1e-7)
+
+
+def test_steps_that_are_long_end_on_the_same_branch_as_short_ones():
+    """A section between rings has a second equilibrium under these loads, 4.6 degrees from the first.
+
+    Long steps once ended there, by way of nineteen iterations with another stiffness than the true one.
+    """
+    cell = PeriodCell(winding=Ring(), end_compliance=0.23e-3)
+    pressures = np.array([[7.614e3, 8.312e3, 17.077e3], [16.493e3, 18.005e3, 36.995e3]])
+    moments = np.array([[-3.014e-3, -1.355e-3, 0.184e-3], [-4.384e-3, 2.401e-3, -1.953e-3]])
+
+    def ramp(start, goal, steps):
+        shares = np.arange(1, steps + 1)[:, None] / steps
+        return [Load(tuple(row[:3]), tuple(row[3:])) for row in start + shares * (goal - start)]
+
+    middle, end = np.concatenate([pressures, moments], axis=1)
+    none = np.zeros(6)
+    *_, short = follow(cell, ramp(none, end, 20))
+    *_, long = follow(cell, [*ramp(none, middle, 3), *ramp(middle, end, 3)])
+    # Each may be accepted where the contact's noise moves u by 2e-3 1/m.
+    np.testing.assert_allclose(long.curvature, short.curvature, rtol=0, atol=4e-3)

@@ -143,6 +143,9 @@ def _connected(workers: int, scheduler: str | None) -> Iterator[Client]:
         ) as cluster,
         Client(cluster) as client,
     ):
+        # Else the system's zeroing of new pages for matrices takes a third of a path's time. A setting of the
+        # whole process: workers of somebody else's cluster are left as they are.
+        client.run(keep_memory)
         yield client
 
 
@@ -153,8 +156,6 @@ _mine = threading.local()
 def _run_path(make_trace: Callable[[], Trace], path: LoadingPath, topic: str) -> list[dict[str, Any]]:
     maker = make_trace if path.psi is None else cast(CellTracer, make_trace).oriented(path.psi)
     if getattr(_mine, "made_by", None) != maker:
-        # Else the system's zeroing of new pages for matrices takes a third of a path's time.
-        keep_memory()
         _mine.trace, _mine.made_by = maker(), maker
     worker, records = get_worker(), []
     for record in trace_path(_mine.trace, path):

@@ -19,6 +19,7 @@ from fem_reference import CellError, CellState, Load
 from fem_reference.configuration import Configuration
 
 BENDING = 2.45e-4  # [N m²]
+SNAP = np.array([0.0, np.deg2rad(5.0) / 60e-3, 0.0])
 AZIMUTH = np.deg2rad([0.0, 120.0, 240.0])
 
 
@@ -106,6 +107,8 @@ class ManufacturedTracer:
     largest_step : pressure step [Pa] past which a step fails, though a smaller one would not.
     snaps_beyond : pressure sum [Pa] at which walls would lose their balance.
     saddle_beyond : pressure sum [Pa] past which states are not stable.
+    silent_snap_beyond : pressure sum [Pa] past which states are on another branch, 5 degrees away over 60 mm,
+        and do not say so.
     dies_beyond : pressure sum [Pa] past which the process dies, once it has told of what it found.
     """
 
@@ -113,6 +116,7 @@ class ManufacturedTracer:
     largest_step: float = np.inf
     snaps_beyond: float = np.inf
     saddle_beyond: float = np.inf
+    silent_snap_beyond: float = np.inf
     dies_beyond: float = np.inf
 
     def __call__(self):
@@ -133,4 +137,5 @@ def _trace(settings: ManufacturedTracer, loads, start):
         if sum(load.pressure) > settings.snaps_beyond:
             raise CellError("walls lose their balance", last_good=start, unstable=True)
         start = replace(solve(load, start), stable=sum(load.pressure) <= settings.saddle_beyond)
-        yield start
+        snapped = sum(load.pressure) > settings.silent_snap_beyond
+        yield replace(start, curvature=start.curvature + SNAP) if snapped else start

@@ -10,7 +10,7 @@ from manufactured_cell import ManufacturedTracer, potential
 from calibration.design import LoadingPath
 from calibration.path_file import PathWriter, read_path
 from calibration.sweep import SweepError, run_sweep
-from calibration.tracing import RETRY_SUBDIVISION, trace_path
+from calibration.tracing import HALVINGS, RETRY_SUBDIVISION, trace_path
 from fem_reference import Load
 
 
@@ -103,6 +103,30 @@ def test_a_path_ends_where_stability_is_lost(tmp_path, tracer, found):
     assert record.end["attempts"] == 1
     assert [state["pressure"] for state in record.states] == [list(x.pressure) for x in ramp().loads[:found]]
     assert record.end["unstable"]["pressure"] == record.states[-1]["pressure"]
+
+
+def test_a_path_ends_where_neighbouring_states_do_not_explain_each_other(tmp_path):
+    """A step over a snap, from one stable branch to another, is halved twice; then the path ends."""
+    file = tmp_path / "ramp.jsonl"
+    trace_into(file, ManufacturedTracer(silent_snap_beyond=14e3))
+    record = read_path(file)
+    assert record.lost_stability
+    step = sum(ramp().loads[0].pressure)
+    last = sum(record.states[-1]["pressure"])
+    assert 14e3 - step / 2**HALVINGS < last <= 14e3 < sum(record.end["unstable"]["pressure"])
+
+
+def test_states_lie_closer_where_the_section_changes_quickly(tmp_path):
+    """From 30 to 60 kPa there is a quick change of slope: the step is halved until neighbours agree."""
+    file = tmp_path / "ramp.jsonl"
+    path = ramp(pressure=(60e3, 0.0, 0.0), steps=2)
+    trace_into(file, path=path)
+    record = read_path(file)
+    assert record.end == {"attempts": 1}
+    pressures = [state["pressure"][0] for state in record.states]
+    assert pressures == sorted(pressures)
+    assert 45e3 in pressures
+    assert {load.pressure[0] for load in path.loads} <= set(pressures)
 
 
 def test_a_step_that_was_too_large_is_taken_in_smaller_ones(tmp_path):

@@ -191,17 +191,24 @@ def _walk(
     waypoints: Sequence[tuple[Vector, Vector]], pressure_step: float, moment_step: Vector
 ) -> tuple[Load, ...]:
     """Straight from waypoint to waypoint in even steps no larger than asked, from the unloaded section on."""
-    loads, pressure, moment = [], np.zeros(3), np.zeros(3)
-    for next_pressure, next_moment in waypoints:
-        pressure_change = np.abs(next_pressure - pressure).max() / pressure_step
-        moment_change = float(np.linalg.norm((next_moment - moment) / moment_step))
+    none = (0.0, 0.0, 0.0)
+    loads, start = [], Load(none, none)
+    for pressure, moment in waypoints:
+        pressure_change = np.abs(pressure - start.pressure).max() / pressure_step
+        moment_change = float(np.linalg.norm((moment - np.asarray(start.moment)) / moment_step))
         steps = int(np.ceil(max(pressure_change, moment_change) - 1e-9))
-        for share in np.arange(1, steps + 1) / max(steps, 1):
-            loads.append(
-                Load(
-                    pressure=tuple((pressure + share * (next_pressure - pressure)).tolist()),
-                    moment=tuple((moment + share * (next_moment - moment)).tolist()),
-                )
-            )
-        pressure, moment = next_pressure, next_moment
+        goal = Load(tuple(pressure.tolist()), tuple(moment.tolist()))
+        loads += [between(start, goal, float(share)) for share in np.arange(1, steps + 1) / max(steps, 1)]
+        start = goal
     return tuple(loads)
+
+
+def between(start: Load, goal: Load, share: float) -> Load:
+    """The load a share of the way from one to another, neither of imposed curvature."""
+
+    def mix(a: Sequence[float], b: Sequence[float]) -> tuple[float, float, float]:
+        first, second, third = (np.asarray(a) + share * (np.asarray(b) - np.asarray(a))).tolist()
+        return first, second, third
+
+    none = (0.0, 0.0, 0.0)
+    return Load(mix(start.pressure, goal.pressure), mix(start.moment or none, goal.moment or none))

@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from calibration.design import LoadingPath
+from calibration.design import LoadingPath, between
 from fem_reference import (
     ActuatorGeometry,
     CellError,
@@ -118,17 +118,6 @@ def state_record(state: CellState, attempt: int, seconds: float) -> dict[str, An
         "attempt": attempt,
         "seconds": round(seconds, 3),
     }
-
-
-def between(start: Load, goal: Load, share: float) -> Load:
-    """The load a share of the way from one to another."""
-
-    def mix(a: Sequence[float], b: Sequence[float]) -> tuple[float, float, float]:
-        first, second, third = (np.asarray(a) + share * (np.asarray(b) - np.asarray(a))).tolist()
-        return first, second, third
-
-    none = (0.0, 0.0, 0.0)
-    return Load(mix(start.pressure, goal.pressure), mix(start.moment or none, goal.moment or none))
 
 
 def _subdivide(start: Load, loads: Sequence[tuple[Load, int]]) -> list[tuple[Load, int]]:

@@ -59,16 +59,12 @@ def trace_path(trace: Trace, path: LoadingPath) -> Iterator[dict[str, Any]]:
     """
     start: CellState | None = None
     left = [(load, 0) for load in path.loads]  # and how often the step to it was halved
-    attempt = 1
+    attempt, clock = 1, time.perf_counter()
     while left:
-        clock = time.perf_counter()
         try:
             for state in trace([load for load, _ in left], start):
-                if state.stable is False or state.jumped:
-                    yield state_record(state, attempt, time.perf_counter() - clock)
-                    yield {"end": {"unstable": asdict(state.load), "attempts": attempt}}
-                    return
-                if start is not None and unexplained(start, state) > UNEXPLAINED:
+                lost = state.stable is False or state.jumped
+                if not lost and start is not None and unexplained(start, state) > UNEXPLAINED:
                     load, halved = left[0]
                     if halved == HALVINGS:
                         yield {"end": {"unstable": asdict(load), "attempts": attempt}}
@@ -76,6 +72,9 @@ def trace_path(trace: Trace, path: LoadingPath) -> Iterator[dict[str, Any]]:
                     left[:1] = [(between(start.load, load, 0.5), halved + 1), (load, halved + 1)]
                     break
                 yield state_record(state, attempt, time.perf_counter() - clock)
+                if lost:
+                    yield {"end": {"unstable": asdict(state.load), "attempts": attempt}}
+                    return
                 clock = time.perf_counter()
                 start = state
                 del left[0]

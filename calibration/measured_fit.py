@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import equinox as eqx
@@ -15,6 +16,7 @@ from scipy.stats import norm, t
 from calibration.adjusted_law import NAMES, AdjustedLaw, OuterWall, default_parameters, scaled_ends
 from calibration.identifiability import Held, identify
 from calibration.measured import ANGLE, PLANE, POSITIONS, Measured
+from calibration.profile import LowerMinimumError, profile_intervals
 from rodmodel import FixedStep, Rod
 
 # By how much each parameter may plausibly differ from its default: a fifth, and 2 kPa.
@@ -51,7 +53,7 @@ class MeasuredFit:
     Attributes
     ----------
     parameters, standard_error : in the order and units of `NAMES`; the error of a held one is NaN.
-    interval : 95 %, (10, 2).
+    interval : 95 %, (10, 2); infinite where the map does not reach so far.
     held : what the data do not tell.
     noise_scale : what the given noise was multiplied by; 1 unless it was to be estimated.
     chi_square : weighted squares over degrees of freedom, with the noise as given, of the map and adjusted.
@@ -77,15 +79,17 @@ class MeasuredFit:
 def fit_measured(rod: Rod, measured: Measured, noise: Noise, wall: OuterWall | None = None) -> MeasuredFit:
     """Estimate the parameters of [`AdjustedLaw`][] by weighted nonlinear least squares.
 
-    The covariance is that of the linearised model, (JᵀJ)⁻¹ of the Jacobian over the noise. What the data do
-    not tell is found at the default and held there; see [`identify`][calibration.identifiability.identify].
+    Standard errors are those of the linearised model, from (JᵀJ)⁻¹ of the Jacobian over the noise. Intervals
+    are of the profile of the squares, as the law bends within them; see
+    [`profile_intervals`][calibration.profile.profile_intervals]. What the data do not tell is found at the
+    default and held there; see [`identify`][calibration.identifiability.identify].
 
     Parameters
     ----------
     rod : of the map.
     measured : rows.
-    noise : of the measurements. Where it is to be estimated, the covariance is multiplied by the squares
-        over the degrees of freedom, and the intervals are those of Student's t.
+    noise : of the measurements. Where it is to be estimated, its squares are multiplied by those of the
+        residuals over the degrees of freedom, and the intervals are those of Student's t.
     wall : the outer wall that the wall variation counts in.
 
     Raises
@@ -100,12 +104,55 @@ def fit_measured(rod: Rod, measured: Measured, noise: Noise, wall: OuterWall | N
     bad = [line for line, row in zip(measured.lines, of_map, strict=True) if not np.all(np.isfinite(row))]
     if bad:
         raise MeasuredFitError(f"no equilibrium of the map for the measurement on line {bad[0]}")
+    start = default
+    for _ in range(_REPEATS):
+        estimate = _estimate(residuals, slopes, noise, start)
+        try:
+            interval = residuals.intervals(estimate)
+            break
+        except LowerMinimumError as lower:
+            start = _parameters(estimate.free, lower.parameters)
+    else:
+        raise MeasuredFitError("least squares have more minima than were searched: the data hardly tell")
+    found = estimate.parameters
+    adjusted, _ = residuals(found)
+    inside = residuals.inside(found)
+    return MeasuredFit(
+        parameters=found,
+        standard_error=estimate.standard_error,
+        interval=interval,
+        held=estimate.held,
+        noise_scale=estimate.noise_scale,
+        chi_square=(float(np.sum(of_map**2)) / of_map.size, estimate.chi_square),
+        of_map=of_map / residuals.weight,
+        adjusted=adjusted / residuals.weight,
+        angle=residuals.angle(found),
+        weight=residuals.weight,
+        extrapolated=int(np.sum(~inside)),
+    )
+
+
+@dataclass(frozen=True)
+class _Estimate:
+    """A minimum of the squares; `rise` of them at the ends of 95 % intervals, `free` parameters by number."""
+
+    parameters: np.ndarray
+    standard_error: np.ndarray
+    free: list[int]
+    held: tuple[Held, ...]
+    noise_scale: float
+    chi_square: float
+    rise: float
+
+
+def _estimate(residuals: "_Residuals", slopes: np.ndarray, noise: Noise, start: np.ndarray) -> _Estimate:
+    """Least squares over what the slopes at the default tell, with the noise as given or estimated."""
     scale, free_before = 1.0, None
     for _ in range(_REPEATS):
         free, held = identify(slopes / scale, NAMES, SPREAD, _KEEP_FIRST)
         if free == free_before:
             break
-        found = residuals.minimise(free)
+        found = residuals.minimise(free, start)
         adjusted, at_end = residuals(found)
         degrees = adjusted.size - len(free)
         if degrees < 1 and noise.estimate:
@@ -121,20 +168,7 @@ def fit_measured(rod: Rod, measured: Measured, noise: Noise, wall: OuterWall | N
         inverse = np.linalg.pinv(at_end[:, free] * SPREAD[free])
         error[free] = scale * SPREAD[free] * np.linalg.norm(inverse, axis=1)
     width = float(t.ppf(0.975, degrees)) if noise.estimate else float(norm.ppf(0.975))
-    inside = residuals.inside(found)
-    return MeasuredFit(
-        parameters=found,
-        standard_error=error,
-        interval=found[:, None] + width * error[:, None] * np.array([-1.0, 1.0]),
-        held=tuple(held),
-        noise_scale=scale,
-        chi_square=(float(np.sum(of_map**2)) / of_map.size, squares),
-        of_map=of_map / residuals.weight,
-        adjusted=adjusted / residuals.weight,
-        angle=residuals.angle(found),
-        weight=residuals.weight,
-        extrapolated=int(np.sum(~inside)),
-    )
+    return _Estimate(found, error, free, tuple(held), scale, squares, (scale * width) ** 2)
 
 
 class _Residuals:
@@ -163,23 +197,15 @@ class _Residuals:
         by = -self.weight[:, :, None] * slopes[:, self._columns]
         return self.weight * off, by.reshape(-1, len(NAMES))
 
-    def minimise(self, free: list[int]) -> np.ndarray:
-        """Least squares over the free parameters, the others at their default."""
-        found = default_parameters()
+    def minimise(self, free: list[int], start: np.ndarray) -> np.ndarray:
+        """Least squares over the free parameters from a start, the others at their default."""
         if not free:
-            return found
-        default, spread = found[free], SPREAD[free]
-
-        def at(x: np.ndarray) -> np.ndarray:
-            parameters = default_parameters()
-            parameters[free] = default + spread * x
-            return parameters
-
+            return default_parameters()
         ended = least_squares(
-            lambda x: self(at(x))[0].ravel(),
-            np.zeros(len(free)),
-            lambda x: self(at(x))[1][:, free] * spread,
-            bounds=((_LEAST[free] - default) / spread, (_MOST[free] - default) / spread),
+            lambda x: self._scaled(free, x)[0],
+            _scaled(free, start),
+            lambda x: self._scaled(free, x)[1],
+            bounds=tuple(_scaled(free, bound) for bound in (_LEAST, _MOST)),
             xtol=1e-9,
             ftol=1e-10,
             gtol=1e-10,
@@ -190,10 +216,24 @@ class _Residuals:
         if np.any(ended.active_mask):
             n = int(np.flatnonzero(ended.active_mask)[0])
             raise MeasuredFitError(
-                f"{NAMES[free[n]]} went to its bound {at(ended.x)[free[n]]:g}: the data are not of the map's "
-                "actuator; are columns swapped, or their units others?"
+                f"{NAMES[free[n]]} went to its bound {_parameters(free, ended.x)[free[n]]:g}: the data are "
+                "not of the map's actuator; are columns swapped, or their units others?"
             )
-        return at(ended.x)
+        return _parameters(free, ended.x)
+
+    def intervals(self, estimate: _Estimate) -> np.ndarray:
+        """Where the squares, least over the other free parameters, have risen, (10, 2); NaN of held ones."""
+        free, interval = estimate.free, np.full((len(NAMES), 2), np.nan)
+        if free:
+            found, least, most = (_scaled(free, p) for p in (estimate.parameters, _LEAST, _MOST))
+            ends = profile_intervals(partial(self._scaled, free), found, estimate.rise, least, most)
+            interval[free] = default_parameters()[free, None] + SPREAD[free, None] * ends
+        return interval
+
+    def _scaled(self, free: list[int], x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals (n,) and slopes (n, free) at free parameters over their spread."""
+        residual, slopes = self(_parameters(free, x))
+        return residual.ravel(), slopes[:, free] * SPREAD[free]
 
     def angle(self, parameters: np.ndarray) -> np.ndarray:
         """Bending angle of each row [rad]."""
@@ -212,6 +252,18 @@ class _Residuals:
             outputs, slopes = _outputs_and_slopes(self._rod, self._wall, jnp.asarray(parameters), rows)
             self._last = here, np.asarray(outputs), np.asarray(slopes)
         return self._last[1], self._last[2]
+
+
+def _scaled(free: list[int], parameters: np.ndarray) -> np.ndarray:
+    """Free parameters as differences from their default over their spread."""
+    return ((parameters - default_parameters()) / SPREAD)[free]
+
+
+def _parameters(free: list[int], x: np.ndarray) -> np.ndarray:
+    """All parameters, of which the free ones are given by `_scaled`."""
+    parameters = default_parameters()
+    parameters[free] += SPREAD[free] * x
+    return parameters
 
 
 @eqx.filter_jit

@@ -26,7 +26,8 @@ def fit_record(fit: MeasuredFit, measured: Measured) -> dict[str, Any]:
         row["value"] = factor * float(fit.parameters[n])
         row["held"] = name in held
         row["standard_error"] = None if name in held else factor * float(fit.standard_error[n])
-        row["interval_95"] = None if name in held else (factor * fit.interval[n]).tolist()
+        ends = (factor * fit.interval[n]).tolist()
+        row["interval_95"] = None if name in held else [end if math.isfinite(end) else None for end in ends]
         parameters.append(row)
     return {
         "parameters": parameters,

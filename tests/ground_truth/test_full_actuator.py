@@ -90,8 +90,8 @@ def test_the_rod_is_as_near_as_the_documentation_says(verdict: Verdict) -> None:
     stiffer = 1.0 - (1.0 - actuator.base_lag / whole) ** 3
     assert judge["response_percent"]["worst"] <= 50.0 * stiffer
     # Figures of docs/calibration.md.
-    assert judge["tip_percent"]["worst"] == pytest.approx(2.21, abs=0.05)
-    assert fit["tip_percent"]["median"] == pytest.approx(0.39, abs=0.05)
+    assert judge["tip_percent"]["worst"] == pytest.approx(2.34, abs=0.05)
+    assert fit["tip_percent"]["median"] == pytest.approx(0.37, abs=0.05)
 
 
 def test_the_stated_bound_covers_nine_states_in_ten(verdict: Verdict) -> None:

@@ -38,7 +38,8 @@ from rodmodel.section import SectionLaw
 POSITION_REACHED, BEND_REACHED = 1e-4, 1e-3
 
 _FLAGGED = "throw=False flags this in the result instead"
-_MESSAGES = [
+#: Of the problems that `find_pressure` tells.
+MESSAGES = [
     "bending_angle, bending_plane or tip_position: got a value that is not finite, or a negative angle, "
     f"expected finite numbers and an angle of 0 or more; {_FLAGGED}",
     "inverse: no equilibrium was found under the loads, expected finite loads that the rod can carry; "
@@ -203,8 +204,7 @@ def find_pressure(
     loads: Resultants | None,
     domain: Domain,
     target: Target,
-    throw: bool,
-) -> Inverse:
+) -> tuple[Inverse, Bool[Array, "2"]]:
     """Pressures in a domain that bring a rod nearest to a target.
 
     Parameters
@@ -214,7 +214,11 @@ def find_pressure(
     loads : on the rod, in the frame of the base; None where there are none.
     domain : of the pressures.
     target : what is wanted.
-    throw : raise where the target was bad or the rod has no equilibrium under its loads.
+
+    Returns
+    -------
+    found : pressures and the rod at them.
+    problems : which of the messages are true: the target was bad; the rod has no equilibrium under its loads.
     """
     scale = _largest(domain)
     # The chamber farthest from the way that the target lies is the one to do without.
@@ -246,10 +250,7 @@ def find_pressure(
         solution=solution,
     )
     found = jax.tree.map(lambda x: _only_where(target.good, x), found)
-    if not throw:
-        return found
-    problems = jnp.logical_not(jnp.array([target.good, found.solution.converged]))
-    return eqx.branched_error_if(found, jnp.any(problems), jnp.argmax(problems), _MESSAGES)
+    return found, jnp.logical_not(jnp.array([target.good, found.solution.converged]))
 
 
 def _seek(

@@ -13,10 +13,11 @@ from rodmodel._ends import base_turn, cap_centre, is_zero, tip_offset
 from rodmodel._equilibria import Adaptive, FixedStep, Solver, solve_shape
 from rodmodel._follow import CONVERGED, UNSTABLE, Reached
 from rodmodel._inputs import all_finite, is_rotation, vector_of
-from rodmodel._inverse import Inverse, Target, find_pressure
+from rodmodel._inverse import MESSAGES, Inverse, Target, find_pressure
 from rodmodel._jacobian import Jacobian, PoseDerivative, turn_change
 from rodmodel._loads import Loads, into_base, resultants
 from rodmodel._predictor import Predictor
+from rodmodel._raising import raise_where
 from rodmodel._rotation import screw
 from rodmodel._shape import Shape
 from rodmodel._solution import RESULTS, Numbers, Solution
@@ -133,7 +134,8 @@ class Rod(eqx.Module):
                 f"start: got a solution with {unknown.shape} unknowns, expected ({unknowns},): one "
                 "that has a follower force where there is one now, and none where there is none"
             )
-        return self._solve(pressures, loads, position, rotation, unknown, throw, solver)
+        solution, problems = self._solve(pressures, loads, position, rotation, unknown, solver)
+        return raise_where(solution, problems, self._messages()) if throw else solution
 
     def inverse(
         self,
@@ -179,7 +181,8 @@ class Rod(eqx.Module):
         given = {name: jnp.asarray(load, float) for name, load in loads.items() if load is not None}
         solve = eqx.Partial(Rod.solve, self, throw=False, solver=FixedStep(), **given)
         carried = resultants(Loads(**given), self.actuator, target.point.dtype) if given else None
-        return find_pressure(solve, self.section, self.actuator, carried, self.domain, target, throw)
+        found, problems = find_pressure(solve, self.section, self.actuator, carried, self.domain, target)
+        return raise_where(found, problems, MESSAGES) if throw else found
 
     @eqx.filter_jit
     def jacobian(
@@ -257,9 +260,9 @@ class Rod(eqx.Module):
         base_position: Float[Array, "3"] | None,
         base_rotation: Float[Array, "3 3"] | None,
         start: Float[Array, " n"] | None,
-        throw: bool,
         solver: Solver,
-    ) -> Solution:
+    ) -> tuple[Solution, Bool[Array, "5"]]:
+        """Solution, and which of the messages are true of it."""
         good_pressure = jnp.all(jnp.isfinite(pressure) & (pressure >= 0.0))
         good_loads = all_finite(loads)
         good_base = all_finite(base_position) & is_rotation(base_rotation)
@@ -322,12 +325,8 @@ class Rod(eqx.Module):
         solution = jax.tree.map(
             lambda x: jnp.where(good, x, jnp.nan) if eqx.is_inexact_array(x) else x, solution
         )
-        if not throw:
-            return solution
-        problems = jnp.logical_not(
-            jnp.array([good_pressure, good_loads, good_base, pressure_in_domain, solution.converged])
-        )
-        return eqx.branched_error_if(solution, jnp.any(problems), jnp.argmax(problems), self._messages())
+        expected = [good_pressure, good_loads, good_base, pressure_in_domain, solution.converged]
+        return solution, jnp.logical_not(jnp.array(expected))
 
     def _chamber_volume(self, pressure: Float[Array, "3"], shape: Shape) -> Float[Array, "3"]:
         """Volume −∂/∂p ∫ Π(u(s), p) ds at a fixed shape [m³]: one derivative for all sections.

@@ -27,6 +27,8 @@ _LEAST = np.array([0.1] * 4 + [-50e3] * 3 + [-0.9] * 3)
 _MOST = np.array([10.0] * 4 + [50e3] * 3 + [9.0] * 3)
 _ALL_OUTPUTS = (ANGLE, PLANE, *POSITIONS)
 _REPEATS = 5
+# Noise estimated from data without any, of what is given: what the rod's own tolerance leaves is below it.
+_LEAST_NOISE = 1e-6
 
 
 class MeasuredFitError(RuntimeError):
@@ -162,7 +164,7 @@ def _estimate(residuals: "_Residuals", slopes: np.ndarray, noise: Noise, start: 
         squares = float(np.sum(adjusted**2)) / max(degrees, 1)
         if not noise.estimate:
             break
-        scale, free_before = max(math.sqrt(squares), 1e-12), free
+        scale, free_before = max(math.sqrt(squares), _LEAST_NOISE), free
     error = np.full(len(NAMES), np.nan)
     if free:
         inverse = np.linalg.pinv(at_end[:, free] * SPREAD[free])

@@ -118,6 +118,14 @@ def test_noise_of_another_size_is_estimated_from_the_residuals(rod, exact):
     np.testing.assert_allclose(ratio, estimated.noise_scale / 3.0, rtol=1e-4)
 
 
+def test_data_without_noise_have_finite_intervals_where_noise_is_estimated(rod, exact):
+    fit = fit_measured(rod, rows(ALL, exact), Noise(estimate=True))
+    free = np.isfinite(fit.standard_error)
+    half = (fit.interval[:, 1] - fit.interval[:, 0])[free] / 2.0
+    # So near the law is linear: those of Student's t with 111 degrees of freedom, found to a fiftieth.
+    np.testing.assert_allclose(half, 1.98 * fit.standard_error[free], rtol=0.03)
+
+
 def test_chamber_1_alone_says_nothing_of_the_others_and_mixes_its_own(rod):
     pressure = pressures([(1, 0, 0)])
     data = rows(pressure, true_values(rod, default_parameters(), pressure))

@@ -113,7 +113,8 @@ def fit_measured(rod: Rod, measured: Measured, noise: Noise, wall: OuterWall | N
             interval = residuals.intervals(estimate)
             break
         except LowerMinimumError as lower:
-            start = _parameters(estimate.free, lower.parameters)
+            # A profile bounds its own parameter only.
+            start = np.clip(_parameters(estimate.free, lower.parameters), _LEAST, _MOST)
     else:
         raise MeasuredFitError("least squares have more minima than were searched: the data hardly tell")
     found = estimate.parameters

@@ -23,6 +23,7 @@ from calibration.identifiability import identify
 from calibration.measured import ANGLE, PLANE, POSITIONS, PRESSURES, Measured
 from calibration.measured_file import read_adjustment
 from calibration.measured_fit import Noise, fit_measured
+from calibration.profile import LowerMinimumError, profile_intervals
 from fem_reference import ActuatorGeometry, Ogden
 from rodmodel import LinearLaw, RidgeNetwork
 
@@ -86,21 +87,24 @@ def test_known_parameters_come_back_from_data_without_noise(rod, exact):
 
 def test_the_intervals_of_a_hundred_noise_draws_contain_the_truth(rod, exact):
     rng = np.random.default_rng(0)
-    covered, distances, squares = [], [], []
+    covered, distances, widths, squares = [], [], [], []
     half_width = 1.96  # of a 95 % interval, in standard deviations
     for _ in range(100):
         fit = fit_measured(rod, rows(ALL, noisy(exact, rng)), NOISE)
         assert [held.name for held in fit.held] == ["stiffness_scale"]
         low, high = fit.interval[1:].T
         covered.append((low <= TRUTH[1:]) & (TRUTH[1:] <= high))
-        distances.append((fit.parameters - TRUTH)[1:] / (high - low) * 2.0 * half_width)
+        distances.append((fit.parameters - TRUTH)[1:] / fit.standard_error[1:])
+        widths.append((high - low) / (2.0 * half_width * fit.standard_error[1:]))
         squares.append(fit.chi_square[1])
     # A hundred draws of a 95 % interval: standard error 2.2 % for one parameter, less for the mean of nine.
     assert np.mean(covered) >= 0.92
     assert np.all(np.mean(covered, axis=0) >= 0.87)
     # Intervals too wide would cover as well: their width is near the scatter's, which 100 draws tell to
-    # ±7 %. Of standard errors, which are of the linearised model, it is up to 1.25.
+    # ±7 %. It is up to 1.25 standard errors, as these are of the linearised model; the intervals know better.
     scatter = np.std(distances, axis=0)
+    assert np.all((scatter > 0.8) & (scatter < 1.4))
+    scatter = np.std(np.divide(distances, widths), axis=0)
     assert np.all((scatter > 0.8) & (scatter < 1.25))
     # χ² of 111 degrees of freedom over them has a standard deviation of 0.13, and the mean of 100 of 0.013.
     assert abs(np.mean(squares) - 1.0) < 0.05
@@ -116,6 +120,25 @@ def test_noise_of_another_size_is_estimated_from_the_residuals(rod, exact):
     assert estimated.noise_scale == pytest.approx(3.0, rel=0.25)  # 111 degrees of freedom: 7 % standard error
     ratio = estimated.standard_error[1:] / given.standard_error[1:]
     np.testing.assert_allclose(ratio, estimated.noise_scale / 3.0, rtol=1e-4)
+
+
+def test_a_lower_minimum_on_a_profile_starts_the_fit_again_there(rod, exact, monkeypatch):
+    # It may lie beyond the bounds of the parameters that the profile leaves free.
+    elsewhere, found = np.full(9, 0.3), []
+    elsewhere[0] = -20.0
+
+    def once(residuals, here, *rest):
+        found.append(here)
+        if len(found) == 1:
+            raise LowerMinimumError(elsewhere)
+        return profile_intervals(residuals, here, *rest)
+
+    monkeypatch.setattr("calibration.measured_fit.profile_intervals", once)
+    fit = fit_measured(rod, rows(ALL, exact), NOISE)
+    assert len(found) == 2
+    # From another start to the same minimum; near it, by the test without noise above.
+    np.testing.assert_allclose(found[1], found[0], atol=1e-5)
+    assert np.all(np.isfinite(fit.interval[1:]))
 
 
 def test_data_without_noise_have_finite_intervals_where_noise_is_estimated(rod, exact):

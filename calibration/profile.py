@@ -9,6 +9,7 @@ Bates and Watts (1988), Nonlinear regression analysis and its applications, sect
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -58,29 +59,27 @@ def profile_intervals(
     return np.array([[profile.end(n, sign, bound[n]) for sign, bound in sides] for n in range(len(found))])
 
 
+@dataclass(frozen=True)
 class _Profile:
-    def __init__(
-        self, residuals: Residuals, found: np.ndarray, smallest: float, covariance: np.ndarray, rise: float
-    ) -> None:
-        self._residuals = residuals
-        self._found = found
-        self._smallest = smallest
-        self._covariance = covariance
-        self._rise = rise
+    residuals: Residuals
+    found: np.ndarray
+    smallest: float
+    covariance: np.ndarray
+    rise: float
 
     def end(self, n: int, sign: float, bound: float) -> float:
         """Value of parameter `n` on one side of the minimum at which the squares have risen."""
-        width = abs(bound - self._found[n])
+        width = abs(bound - self.found[n])
         # Of the linearised model: the parameter's own way, and how the others follow.
-        follow = self._covariance[n] / self._covariance[n, n]
-        reach = min(math.sqrt(self._rise * self._covariance[n, n]), width)
-        start, good, bad = self._found + sign * reach * follow, (0.0, 0.0), math.inf
+        follow = self.covariance[n] / self.covariance[n, n]
+        reach = min(math.sqrt(self.rise * self.covariance[n, n]), width)
+        start, good, bad = self.found + sign * reach * follow, (0.0, 0.0), math.inf
         for _ in range(_TRIALS):
-            start[n] = self._found[n] + sign * reach
+            start[n] = self.found[n] + sign * reach
             risen, least = self._minimise(start, n)
-            if risen < -_LOWER * self._rise:
+            if risen < -_LOWER * self.rise:
                 raise LowerMinimumError(least)
-            share = math.sqrt(max(risen, 0.0) / self._rise)
+            share = math.sqrt(max(risen, 0.0) / self.rise)
             if abs(share - 1.0) < _CLOSE or (share < 1.0 and reach == width):
                 return float(start[n])
             if not math.isfinite(share):
@@ -92,7 +91,7 @@ class _Profile:
                 following = following if following < bad else 0.5 * (reach + bad)
                 good, start = (reach, share), least
             following = min(following, width)
-            start = self._found + (following / reach) * (start - self._found)
+            start = self.found + (following / reach) * (start - self.found)
             reach = following
         return sign * math.inf
 
@@ -102,7 +101,7 @@ class _Profile:
         here, step, damping = start.copy(), np.zeros(len(start)), 1.0
         best = math.inf
         for _ in range(_STEPS):
-            residual, slopes = self._residuals(here + damping * step)
+            residual, slopes = self.residuals(here + damping * step)
             squares = float(residual @ residual)
             if not squares <= best:  # larger, or no residuals there
                 if not math.isfinite(best):
@@ -112,6 +111,6 @@ class _Profile:
             here, best, damping = here + damping * step, squares, 1.0
             by = slopes[:, others]
             step[others] = -np.linalg.lstsq(by, residual, rcond=None)[0]
-            if float(np.sum((by @ step[others]) ** 2)) < _SETTLED * self._rise:
-                return best - self._smallest, here
+            if float(np.sum((by @ step[others]) ** 2)) < _SETTLED * self.rise:
+                return best - self.smallest, here
         return math.inf, here

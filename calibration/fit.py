@@ -104,10 +104,10 @@ def fit(
     while len(losses) <= iterations and not converged:
         normal, pull = prior * np.eye(x.size), prior * x
         for chunk in chunks:
-            residuals, slopes = map(np.asarray, _linearised(law_of(x), chunk))
+            gradient, slopes = map(np.asarray, _linearised(law_of(x), chunk))
             rows = slopes.reshape(-1, x.size)
             normal += rows.T @ rows
-            pull += rows.T @ residuals.ravel()
+            pull += gradient
         unit = np.trace(normal) / x.size
         for _ in range(_TRIALS):
             factor = scipy.linalg.cho_factor(normal + damping * unit * np.eye(x.size))
@@ -136,14 +136,19 @@ def _residuals(law: AnyLaw, chunk: Any) -> jax.Array:
 
 @eqx.filter_jit
 def _linearised(law: AnyLaw, chunk: Any) -> tuple[jax.Array, jax.Array]:
-    """Residuals (states, 27) and their slopes by all parameters (states, 27, parameters)."""
+    """Half the gradient of the squares (parameters,), and the residuals' slopes (states, 27, parameters).
+
+    The slopes are of single precision: they only choose the step, their products are most of a fit's work,
+    and the mean square falls as with double ones, to four digits over the first twenty iterations.
+    """
     trained, fixed = eqx.partition(law, eqx.is_inexact_array)
 
     def slopes(state: Any) -> jax.Array:
         by_leaf = jax.jacrev(lambda trained: _residual(eqx.combine(trained, fixed), state))(trained)
         return jnp.concatenate([leaf.reshape(27, -1) for leaf in jax.tree.leaves(by_leaf)], axis=1)
 
-    return _residuals(law, chunk), jax.vmap(slopes)(chunk)
+    rows = jax.vmap(slopes)(chunk)
+    return jnp.einsum("sr,srp->p", _residuals(law, chunk), rows), rows.astype(jnp.float32)
 
 
 def _loss(law: AnyLaw, chunks: list[tuple[np.ndarray, ...]]) -> float:

@@ -30,6 +30,9 @@ _STRETCH = 1.2
 Role = Literal["train", "held-out"]
 Vector = NDArray[np.float64]
 
+# Of the largest step, where one chamber, two or all are alone: these are what actuators are mostly run under,
+# and near their ends angles grow fastest.
+_NAMED_STEP = 0.5
 HELD_OUT_EVERY = 5  # every fifth path judges, the others train
 MOMENT_STEPS = 2  # steps over which a continuation takes the largest moment
 
@@ -73,7 +76,8 @@ def design_paths(
     number : how many paths, training and held-out together.
     seed : of the random streams; the same seed gives the same paths.
     mirror : the section is its own mirror image in the plane of chamber 1: chamber 3 alone need not be run.
-    pressure_step : largest change of one pressure from a load to the next [Pa].
+    pressure_step : largest change of one pressure from a load to the next [Pa]; half as large on the paths
+        of single chambers, pairs, and all three alike.
     orientations : least and largest ψ [rad], between which every path has its own; None where all have one.
 
     Returns
@@ -93,7 +97,8 @@ def design_paths(
     for index in range(number):
         role: Role = "held-out" if index % HELD_OUT_EVERY == HELD_OUT_EVERY - 1 else "train"
         kind, waypoints = next(held_out if role == "held-out" else train)
-        loads = _walk(waypoints, pressure_step, np.asarray(domain.moment_axes) / MOMENT_STEPS)
+        step = _NAMED_STEP * pressure_step if kind == "named" else pressure_step
+        loads = _walk(waypoints, step, np.asarray(domain.moment_axes) / MOMENT_STEPS)
         own = None
         if orientations is not None:
             own = orientations[0] + (orientations[1] - orientations[0]) * next(psi[role])
@@ -130,7 +135,7 @@ def _train_waypoints(
     for number, direction in enumerate((*singles, *pairs, np.ones(3)) * rounds):
         limit = edge(domain, direction)
         # The first states lie where the section is most compliant.
-        yield "free", [(0.03 * limit, none), (limit, none)]
+        yield "named", [(0.03 * limit, none), (limit, none)]
         if number % 2 == 0:
             yield "moment", [(none, _sphere(rng, domain)) for _ in range(3)]
     for kind, direction in zip(cycle(("mixed", "free", "mixed")), _directions(rng)):

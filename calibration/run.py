@@ -103,11 +103,10 @@ def open_run(directory: Path, plan: RunPlan, command: str, material: Mapping[str
     if file.exists():
         found = json.loads(file.read_text())
         refuse_another(found, plan, material, f"--out: {directory}", "an empty directory or one")
-        if command not in found["command"].split("; "):
-            found["command"] += f"; {command}"
-            if code_version() not in found["code_version"].split("; "):
-                found["code_version"] += f"; {code_version()}"
-            file.write_text(json.dumps(found, indent=1) + "\n")
+        for name, value in (("command", command), ("code_version", code_version())):
+            if value not in found[name].split("; "):
+                found[name] += f"; {value}"
+        file.write_text(json.dumps(found, indent=1) + "\n")
         return dict(found)
     directory.mkdir(parents=True, exist_ok=True)
     wanted = {**plan.description(), "material": material}

@@ -12,6 +12,8 @@ import math
 import time
 from collections.abc import Iterator
 
+import numpy as np
+
 from calibration.run import END_COMPLIANCE
 from fem_reference import (
     Actuator,
@@ -49,6 +51,7 @@ def of_cell() -> Iterator[tuple[str, Iterator[Found]]]:
     for name, changes in assumptions():
         yield name, cell_angles(**changes)
     yield "silicone that slides as the ends let it", cell_angles(end_compliance=END_COMPLIANCE)
+    yield "walls that pass through each other", cell_angles(touching=False)
 
 
 def of_mesh() -> Iterator[tuple[str, Iterator[Found]]]:
@@ -70,9 +73,32 @@ def of_actuator() -> Iterator[tuple[str, Iterator[Found]]]:
 TABLES = {"cell": of_cell, "mesh": of_mesh, "actuator": of_actuator}
 
 
-def cell_angles(**changes: object) -> Iterator[Found]:
+class PassingWalls:
+    """In the place of the contact between chamber walls: none."""
+
+    def energy(self, positions: np.ndarray) -> float:
+        """Of no barrier."""
+        return 0.0
+
+    def force(self, positions: np.ndarray) -> None:
+        """As where no walls are near."""
+
+    response = force
+
+    def step_limit(self, start: np.ndarray, end: np.ndarray) -> float:
+        """Nothing stops a step."""
+        return 1.0
+
+    def minimum_distance(self, positions: np.ndarray) -> float:
+        """As where no walls are near."""
+        return math.inf
+
+
+def cell_angles(touching: bool = True, **changes: object) -> Iterator[Found]:
     """Angle over 60 mm at each pressure."""
     cell = PeriodCell(**changes)
+    if not touching:
+        cell.equations.walls = PassingWalls()
     for state in follow(cell, [Load((1e3 * p, 0.0, 0.0)) for p in PRESSURES_KPA]):
         yield math.degrees(60e-3 * math.hypot(*state.curvature[:2])), state.jumped
 

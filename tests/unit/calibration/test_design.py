@@ -54,10 +54,18 @@ def test_a_fifth_is_held_out_with_pressure_in_all_chambers_half_of_it_with_momen
 
 
 def test_training_reaches_the_edge_in_each_named_direction(paths):
-    ends = [loads_of(path)[0][-1] for path in paths if path.role == "train" and path.name.endswith("free")]
+    ends = [loads_of(path)[0][-1] for path in paths if path.name.endswith("train-named")]
     for direction in ((1, 0, 0), (0, 1, 0), (1, 1, 0), (0, 1, 1), (1, 1, 1)):
         limit = edge(DOMAIN, np.array(direction, dtype=float))
         assert min(np.linalg.norm(end - limit) for end in ends) < 1e-6, direction
+
+
+def test_steps_are_half_as_long_in_the_named_directions(paths):
+    named = [path for path in paths if path.name.endswith("named")]
+    assert len(named) == 5
+    for path in named:
+        pressure, _ = loads_of(path)
+        assert np.abs(np.diff(pressure, axis=0)).max() <= 0.5 * STEP * (1 + 1e-9), path.name
 
 
 def test_directions_of_pressure_are_spread_over_all_shares(paths):

@@ -19,6 +19,14 @@ def test_a_run_with_more_paths_adds_its_command_and_one_that_is_taken_up_does_no
     assert json.loads((tmp_path / "run.json").read_text()) == found
 
 
+def test_a_run_that_is_taken_up_by_other_code_says_so(tmp_path, monkeypatch):
+    for version in ("one", "one", "two"):
+        monkeypatch.setattr("calibration.run.code_version", lambda version=version: version)
+        found = open_run(tmp_path, PLAN, "run --paths 10", {})
+    assert found["code_version"] == "one; two"
+    assert found["command"] == "run --paths 10"
+
+
 def test_a_section_without_symmetry_has_no_plan():
     with pytest.raises(ValueError, match=r"^geometry: got an outer_wall_variation of \(0.1, 0.0, 0.0\)"):
         replace(PLAN, geometry=ActuatorGeometry(outer_wall_variation=(0.1, 0.0, 0.0)))

@@ -79,6 +79,7 @@ def test_the_rod_is_as_near_as_the_documentation_says(verdict: Verdict) -> None:
     assert judge["judged"] >= 61
     assert fit["judged"] == fit["states"]
     assert judge["tip_percent"]["median"] <= 0.7
+    assert judge["tip_percent"]["worst"] <= 2.0
     assert judge["loaded_tip_percent"]["median"] <= 2.0
     assert judge["loaded_tip_percent"]["worst"] <= 3.5
     assert judge["angle_deg"]["worst"] <= 3.0
@@ -90,8 +91,8 @@ def test_the_rod_is_as_near_as_the_documentation_says(verdict: Verdict) -> None:
     stiffer = 1.0 - (1.0 - actuator.base_lag / whole) ** 3
     assert judge["response_percent"]["worst"] <= 50.0 * stiffer
     # Figures of docs/calibration.md.
-    assert judge["tip_percent"]["worst"] == pytest.approx(2.34, abs=0.05)
-    assert fit["tip_percent"]["median"] == pytest.approx(0.37, abs=0.05)
+    assert judge["tip_percent"]["worst"] == pytest.approx(1.91, abs=0.05)
+    assert fit["tip_percent"]["median"] == pytest.approx(0.35, abs=0.05)
 
 
 def test_the_stated_bound_covers_nine_states_in_ten(verdict: Verdict) -> None:

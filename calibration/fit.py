@@ -5,6 +5,7 @@ parameters: few enough for the normal equations. From the same start, fifty of t
 than thousands of a quasi-Newton method, in less time.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
@@ -110,11 +111,10 @@ def fit(
             pull += gradient
         unit = np.trace(normal) / x.size
         for _ in range(_TRIALS):
-            factor = scipy.linalg.cho_factor(normal + damping * unit * np.eye(x.size))
-            step = -scipy.linalg.cho_solve(factor, pull)
-            there = loss_at(x + step)
+            step = _damped_step(normal, damping * unit, pull)
+            there = math.inf if step is None else loss_at(x + step)
             # Nielsen (1999), Damping parameter in Marquardt's method, IMM-REP-1999-05, eq. 2.5.
-            if there < loss:
+            if step is not None and there < loss:
                 gain = (loss - there) / -(2.0 * pull @ step + step @ normal @ step)
                 damping *= max(0.2, 1.0 - (2.0 * gain - 1.0) ** 3)
                 x, loss, growth = x + step, there, 2.0
@@ -126,6 +126,15 @@ def fit(
         converged |= len(losses) > _PATIENCE and losses[-1 - _PATIENCE] - loss <= tolerance * loss
         watch(len(losses) - 1, loss)
     return Fitted(law_of(x), loss, len(losses) - 1, converged)
+
+
+def _damped_step(normal: np.ndarray, damping: float, pull: np.ndarray) -> np.ndarray | None:
+    """Step downhill; None where slopes' rounding outweighs the damping: the matrix is not definite then."""
+    try:
+        factor = scipy.linalg.cho_factor(normal + damping * np.eye(len(pull)))
+    except scipy.linalg.LinAlgError:
+        return None
+    return np.asarray(-scipy.linalg.cho_solve(factor, pull))
 
 
 # Compiled once for all laws of one form and size: every start of a fit, and what judges it.

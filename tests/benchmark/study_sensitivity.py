@@ -89,10 +89,6 @@ class PassingWalls:
         """Nothing stops a step."""
         return 1.0
 
-    def minimum_distance(self, positions: np.ndarray) -> float:
-        """As where no walls are near."""
-        return math.inf
-
 
 def cell_angles(touching: bool = True, **changes: object) -> Iterator[Found]:
     """Angle over 60 mm at each pressure."""

@@ -74,6 +74,7 @@ def fit(
     iterations: int,
     tolerance: float = 1e-2,
     prior: float = 0.0,
+    stay_near: bool = False,
     watch: Watch = lambda iterations, loss: None,
 ) -> Fitted[Law]:
     """Fit all array leaves of a law.
@@ -86,11 +87,14 @@ def fit(
     tolerance : on the relative fall of the mean square in ten iterations; single ones may gain little.
     prior : weight of the sum of the parameters' squares against the mean square of the residuals: what the
         states do not say stays small, and the law smooth between them.
+    stay_near : the prior is on the parameters' distance from those of `law`: what the states do not say stays
+        as it is there.
     watch : told the progress.
     """
     trained, fixed = eqx.partition(law, eqx.is_inexact_array)
     start, unravel = ravel_pytree(trained)
     x = np.asarray(start)
+    centre = x if stay_near else np.zeros_like(x)
 
     chunks = _chunks(samples, scales)
 
@@ -98,12 +102,12 @@ def fit(
         return eqx.combine(unravel(jnp.asarray(x)), fixed)
 
     def loss_at(x: np.ndarray) -> float:
-        return _loss(law_of(x), chunks) + prior * float(x @ x)
+        return _loss(law_of(x), chunks) + prior * float((x - centre) @ (x - centre))
 
     loss, damping, growth = loss_at(x), _FIRST_DAMPING, 2.0
     losses, converged = [loss], False
     while len(losses) <= iterations and not converged:
-        normal, pull = prior * np.eye(x.size), prior * x
+        normal, pull = prior * np.eye(x.size), prior * (x - centre)
         for chunk in chunks:
             gradient, slopes = map(np.asarray, _linearised(law_of(x), chunk))
             rows = slopes.reshape(-1, x.size)

@@ -11,13 +11,14 @@ from calibration.compare import compare, markdown
 from calibration.dataset import attributes
 from calibration.design import inside
 from calibration.error import deviations, figures
-from calibration.fit import fit, mean_square
+from calibration.fit import Fitted, fit, mean_square
 from calibration.oriented import AnyLaw
 from calibration.plots import write_figures
 from calibration.progress import progress_bar
 from calibration.samples import Metric, Samples, loading_samples, metric, softness
 from calibration.stability import narrowed
 from calibration.start import Scales, initial_law, initial_oriented, with_guess
+from calibration.unfold import of_all_orientations, unfolded
 from fem_reference import ActuatorGeometry
 from rodmodel import Domain, OrientedNetwork, RidgeNetwork, SectionLaw
 
@@ -30,6 +31,8 @@ SOFTEST = 0.1
 NEAR_PRESSURE, NEAR_MOMENT = 4e3, 0.25
 # Of squares of parameters, against residuals of about one: see `fit`.
 PRIOR = 3e-3
+# The same, about the law of another winding.
+PRIOR_NEAR = 0.1
 #: Layouts whose section is the same from all chambers; the others have a mirror or not.
 _ALIKE = ("ring", "six-helix", "none")
 
@@ -76,6 +79,25 @@ def symmetry_of(run: dict[str, Any]) -> str:
     return "full" if run["layout"] in _ALIKE else "mirror"
 
 
+def begin_near(law: AnyLaw, run: dict[str, Any]) -> AnyLaw:
+    """The law of another winding in the form that the states of a run are fitted with.
+
+    Raises
+    ------
+    ValueError
+        Where it is less symmetric than the run's section, or one of all orientations for a run of one.
+    """
+    if isinstance(law, OrientedNetwork):
+        if "orientations" not in run:
+            raise ValueError("a law of all orientations, expected one of a single orientation")
+        return law
+    if not isinstance(law, RidgeNetwork):
+        raise ValueError(f"a {type(law).__name__}, expected a network of ridges")
+    if "orientations" in run:
+        return of_all_orientations(unfolded(law, "full"))
+    return unfolded(law, symmetry_of(run))
+
+
 def fit_and_judge(
     dataset: xr.Dataset,
     domain: Domain,
@@ -84,6 +106,7 @@ def fit_and_judge(
     features: int,
     iterations: int,
     seed: int,
+    near: AnyLaw | None = None,
 ) -> Judged:
     """Fit a network of ridges to the training states and measure it on the held-out ones.
 
@@ -95,47 +118,43 @@ def fit_and_judge(
     ridges, features : size of the law.
     iterations : of the final training.
     seed : of the first start.
+    near : law of another winding to begin with, see `begin_near`, and to stay near; the size is its own.
     """
     material = prepare(dataset, domain, length)
     run = attributes(dataset)
-
-    def start(number: int) -> Any:
-        if "orientations" in run:
-            return initial_oriented(material.scales, ridges, features, number)
-        return initial_law(material.scales, ridges, features, number, symmetry_of(run))
-
-    with progress_bar(STARTS * TRIAL_ITERATIONS + iterations, "iterations") as advance:
+    train, scales = material.train, material.metric
+    with progress_bar((0 if near else STARTS * TRIAL_ITERATIONS) + iterations, "iterations") as advance:
 
         def watch(stage: str) -> Any:
             return lambda _, loss: advance(1, f"{stage}, loss {loss:.3g}")
 
-        trials = [
-            fit(
-                start(seed + n),
-                material.train,
-                material.metric,
-                TRIAL_ITERATIONS,
-                prior=PRIOR,
-                watch=watch(f"start {n + 1}/{STARTS}"),
-            )
-            for n in range(STARTS)
-        ]
-        best = min(trials, key=lambda trial: trial.loss)
+        def trial(number: int) -> Fitted[Any]:
+            size = (material.scales, ridges, features, seed + number)
+            oriented = "orientations" in run
+            start = initial_oriented(*size) if oriented else initial_law(*size, symmetry_of(run))
+            stage = watch(f"start {number + 1}/{STARTS}")
+            return fit(start, train, scales, TRIAL_ITERATIONS, prior=PRIOR, watch=stage)
+
+        if near is None:
+            start, prior = min(map(trial, range(STARTS)), key=lambda trial: trial.loss).law, PRIOR
+        else:
+            start, prior = begin_near(near, run), PRIOR_NEAR
         found = fit(
-            best.law, material.train, material.metric, iterations, prior=PRIOR, watch=watch("training")
+            start, train, scales, iterations, prior=prior, stay_near=near is not None, watch=watch("training")
         )
     law = with_guess(found.law, domain)
     domain = narrowed(law, domain)
     held_out = material.held_out
     held_out = held_out.where(inside(domain, held_out.pressure, held_out.moment))
     error = figures(law, held_out, length)
+    network = law.network if isinstance(law, OrientedNetwork) else law
     training = {
-        "ridges": ridges,
-        "features": features,
+        "ridges": network.offsets.size,
+        "features": network.feature_weights.shape[0],
         "iterations": found.iterations,
         "converged": found.converged,
         "mean_square_residual": mean_square(found.law, material.train, material.metric),
-        "prior": PRIOR,
+        "prior": prior,
         "states": len(material.train),
         "paths": len(np.unique(material.train.path)),
         "seed": seed,

@@ -23,7 +23,10 @@ from calibration.cli._arguments import (
     positive,
     refuse_unwritable,
 )
-from calibration.cli._files import read_dataset
+from calibration.cli._files import read_calibration_file, read_dataset
+
+# Size of a law that is fitted from scratch.
+_RIDGES, _FEATURES = 24, 16
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -123,7 +126,7 @@ def _run(options: argparse.Namespace, command: str) -> int:
 def _fit(options: argparse.Namespace, command: str) -> int:
     from calibration.assembly import calibration_of
     from calibration.dataset import attributes
-    from calibration.pipeline import Judged, fit_and_judge
+    from calibration.pipeline import Judged, begin_near, fit_and_judge
     from calibration.provenance import code_version, sha256, today
     from calibration.report import error_table
     from rodmodel import save_calibration
@@ -131,14 +134,26 @@ def _fit(options: argparse.Namespace, command: str) -> int:
     dataset, domain = _dataset(options)
     refuse_unwritable("--out", Path(options.out))
     run = attributes(dataset)
+    near = None
+    if options.near is not None:
+        if options.ridges is not None or options.features is not None:
+            raise BadInputError(
+                "--near: got it with --ridges or --features, expected the size to be that law's"
+            )
+        near = read_calibration_file(options.near)
+        try:
+            begin_near(near.section_law, run)
+        except ValueError as error:
+            raise BadInputError(f"--near {options.near}: got {error}") from error
     outcome: Judged = fit_and_judge(
         dataset,
         domain,
         run["geometry"]["body_length"],
-        options.ridges,
-        options.features,
+        options.ridges or _RIDGES,
+        options.features or _FEATURES,
         options.iterations,
         options.seed,
+        None if near is None else near.section_law,
     )
     if not outcome.good:
         return complain(f"rodmodel-calibrate fit: {outcome.complaint}; nothing written", NOT_CONVERGED)
@@ -149,6 +164,7 @@ def _fit(options: argparse.Namespace, command: str) -> int:
         "states": outcome.states,
         "date": today(),
         "training": outcome.training,
+        **({} if near is None else {"near_sha256": sha256(Path(options.near))}),
     }
     save_calibration(calibration_of(outcome.law, outcome.domain, outcome.error, run, provenance), options.out)
     kept = outcome.domain.pressure_max
@@ -236,8 +252,21 @@ def _parser() -> argparse.ArgumentParser:
     fit = commands.add_parser("fit", help="fit the section law and write the calibration file")
     fit.add_argument("dataset", help="netCDF file of a run")
     fit.add_argument("--out", required=True, help="calibration file to write")
-    fit.add_argument("--ridges", type=count, default=24, help="ridge functions of the law")
-    fit.add_argument("--features", type=count, default=16, help="hidden functions of the pressures")
+    fit.add_argument(
+        "--near",
+        default=None,
+        metavar="FILE",
+        help="calibration of another winding, to begin with its law and stay near it: needs fewer paths",
+    )
+    fit.add_argument(
+        "--ridges", type=count, default=None, help=f"ridge functions of the law (default: {_RIDGES})"
+    )
+    fit.add_argument(
+        "--features",
+        type=count,
+        default=None,
+        help=f"hidden functions of the pressures (default: {_FEATURES})",
+    )
     fit.add_argument("--iterations", type=count, default=100, help="of the final training, at most")
     fit.add_argument("--seed", type=int, default=0, help="of the first start")
     _domain_options(fit, None, None)

@@ -24,3 +24,13 @@ def read_truth(file: str) -> Any:
         return load_truth(Path(file))
     except TruthError as error:
         raise BadInputError(str(error)) from error
+
+
+def read_calibration_file(file: str) -> Any:
+    """A calibration."""
+    from rodmodel import read_calibration
+
+    try:
+        return read_calibration(file)
+    except ValueError as error:
+        raise BadInputError(str(error)) from error

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from calibration.cli._arguments import GOOD, BadInputError, Parser, count
-from calibration.cli._files import read_dataset, read_truth
+from calibration.cli._files import read_calibration_file, read_dataset, read_truth
 
 
 def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
@@ -48,13 +48,9 @@ def _report(options: argparse.Namespace, command: str) -> int:
     from calibration.dataset import attributes
     from calibration.pipeline import compare_candidates, judge
     from calibration.report import error_table
-    from rodmodel import SectionLaw, read_calibration
+    from rodmodel import SectionLaw
 
-    dataset = read_dataset(options.dataset)
-    try:
-        calibration = read_calibration(options.file)
-    except ValueError as error:
-        raise BadInputError(str(error)) from error
+    dataset, calibration = read_dataset(options.dataset), read_calibration_file(options.file)
     law, run = calibration.section_law, attributes(dataset)
     if isinstance(law, SectionLaw) and "orientations" in run:
         raise BadInputError(

@@ -11,6 +11,7 @@ import rodmodel
 from calibration.cli import main
 from calibration.dataset import load_dataset
 from calibration.pipeline import prepare
+from calibration.provenance import sha256
 
 RUN = ["run", "--out", "unused"]
 
@@ -102,6 +103,21 @@ def test_fit_writes_a_calibration_that_a_rod_can_use(calibrated, run_directory):
     free = eqx.filter_jit(calibration.section_law.free_curvature)(jax.numpy.array([3e4, 0.0, 0.0]))
     assert free[1] < 0
     assert run_directory.exists()
+
+
+def test_fit_begins_near_the_law_of_another_winding(calibrated, run_directory, tmp_path, bad):
+    fitted = ["fit", str(run_directory / "dataset.nc"), "--out", str(tmp_path / "law.json")]
+    status, line = bad(*fitted, "--near", str(calibrated), "--ridges", "10")
+    assert status == 2
+    assert "--near" in line
+    assert "expected the size to be that law's" in line
+    status, line = bad(*fitted, "--near", str(tmp_path / "none.json"))
+    assert status == 2
+    assert "none.json" in line
+    assert main([*fitted, "--near", str(calibrated), "--iterations", "2"]) == 0
+    provenance = rodmodel.read_calibration(tmp_path / "law.json").provenance
+    assert provenance["training"]["ridges"] == 10
+    assert provenance["near_sha256"] == sha256(calibrated)
 
 
 def test_report_repeats_the_figures_of_the_file_and_draws(calibrated, run_directory, tmp_path, capsys):

@@ -14,7 +14,7 @@ from calibration.candidates import _Contracted
 from calibration.design import inside
 from calibration.error import figures
 from calibration.fit import fit, mean_square
-from calibration.pipeline import fit_and_judge, symmetry_of
+from calibration.pipeline import PRIOR, PRIOR_NEAR, begin_near, fit_and_judge, symmetry_of
 from calibration.samples import metric
 from calibration.start import Scales, initial_law, initial_oriented, with_guess
 from rodmodel import Domain, SectionLaw
@@ -123,6 +123,19 @@ def test_a_prior_counts_the_squares_of_the_parameters_and_keeps_them_small(some)
     assert squares[100.0] < 0.1 * squares[1e-4]
 
 
+def test_a_prior_about_the_start_counts_how_far_the_parameters_have_moved_from_there(some):
+    law = law_of()
+    start, _ = ravel_pytree(eqx.filter(law, eqx.is_inexact_array))
+    moved = {}
+    for prior in (0.1, 10.0, 1e9):
+        found = fit(law, some, scales_of(some), 8, prior=prior, stay_near=True)
+        parameters, _ = ravel_pytree(eqx.filter(found.law, eqx.is_inexact_array))
+        moved[prior] = float(jnp.sum((parameters - start) ** 2))
+        assert found.loss == pytest.approx(loss_of(found.law, some) + prior * moved[prior], rel=1e-10)
+        assert found.loss <= loss_of(law, some)
+    assert moved[1e9] < 1e-3 * moved[10.0] < 1e-3 * moved[0.1]
+
+
 @pytest.mark.parametrize(
     ("layout", "mirror", "symmetry"),
     [
@@ -159,6 +172,32 @@ def test_a_fit_predicts_held_out_states_far_better_than_their_range(dataset):
 
 
 SHORT = {"domain": DOMAIN, "length": LENGTH, "ridges": 3, "features": 3, "iterations": 3, "seed": 0}
+
+
+def test_a_law_of_another_winding_gives_the_fit_its_size_and_start(dataset):
+    """Of full symmetry, it has three times the ridges where only the mirror is left."""
+    other = law_of("full")
+    outcome = fit_and_judge(dataset, **{**SHORT, "iterations": 30}, near=other)
+    assert outcome.good, outcome.complaint
+    assert outcome.law.symmetry == "mirror"
+    assert (outcome.training["ridges"], outcome.training["features"]) == (18, 15)
+    assert outcome.training["prior"] == PRIOR_NEAR
+    alone = fit_and_judge(dataset, **SHORT)
+    assert alone.training["prior"] == PRIOR
+    angle = outcome.error["free_bending_angle_rad"]
+    assert angle["p95"] < 0.02 * angle["range"]
+
+
+def test_laws_that_cannot_become_those_of_a_section_are_refused():
+    run = {"layout": "double-helix", "mirror": True}
+    with pytest.raises(ValueError, match="all orientations"):
+        begin_near(initial_oriented(SCALES, 4, 4, seed=0), run)
+    with pytest.raises(ValueError, match="symmetry"):
+        begin_near(law_of("none"), run)
+    with pytest.raises(ValueError, match="Manufactured, expected a network of ridges"):
+        begin_near(Manufactured(jnp.zeros(3)), run)
+    oriented = begin_near(law_of("full"), {**run, "mirror": False, "orientations": [0.0, 0.5]})
+    assert begin_near(oriented, {**run, "orientations": [0.0, 0.5]}) is oriented
 
 
 def test_held_out_states_do_not_train(dataset):

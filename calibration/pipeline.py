@@ -4,6 +4,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import equinox as eqx
+import jax
+import jax.numpy as jnp
 import numpy as np
 import xarray as xr
 
@@ -33,6 +36,8 @@ NEAR_PRESSURE, NEAR_MOMENT = 4e3, 0.25
 PRIOR = 3e-3
 # The same, about the law of another winding.
 PRIOR_NEAR = 0.1
+# Significant ones of a law's numbers: 1e-9 is far below the law's own error, and files are half as long.
+DIGITS = 9
 #: Layouts whose section is the same from all chambers; the others have a mirror or not.
 _ALIKE = ("ring", "six-helix", "none")
 
@@ -142,7 +147,7 @@ def fit_and_judge(
         found = fit(
             start, train, scales, iterations, prior=prior, stay_near=near is not None, watch=watch("training")
         )
-    law = with_guess(found.law, domain)
+    law = rounded(with_guess(found.law, domain))
     domain = narrowed(law, domain)
     held_out = material.held_out
     held_out = held_out.where(inside(domain, held_out.pressure, held_out.moment))
@@ -153,7 +158,7 @@ def fit_and_judge(
         "features": network.feature_weights.shape[0],
         "iterations": found.iterations,
         "converged": found.converged,
-        "mean_square_residual": mean_square(found.law, material.train, material.metric),
+        "mean_square_residual": mean_square(law, material.train, material.metric),
         "prior": prior,
         "states": len(material.train),
         "paths": len(np.unique(material.train.path)),
@@ -164,6 +169,18 @@ def fit_and_judge(
         complaint = "the fitted law has no equilibrium at some held-out states"
     states = len(material.train) + len(held_out)
     return Judged(law, domain, error, training, states, not complaint, complaint)
+
+
+def rounded(law: Any) -> Any:
+    """The law with its numbers rounded, as its file will hold them."""
+
+    def shorter(leaf: Any) -> Any:
+        if not eqx.is_inexact_array(leaf):
+            return leaf
+        numbers = [float(f"{number:.{DIGITS}g}") for number in np.asarray(leaf).ravel()]
+        return jnp.asarray(np.reshape(numbers, leaf.shape))
+
+    return jax.tree.map(shorter, law)
 
 
 def judge(

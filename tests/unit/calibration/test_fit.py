@@ -14,7 +14,7 @@ from calibration.candidates import _Contracted
 from calibration.design import inside
 from calibration.error import figures
 from calibration.fit import fit, mean_square
-from calibration.pipeline import PRIOR, PRIOR_NEAR, begin_near, fit_and_judge, symmetry_of
+from calibration.pipeline import DIGITS, PRIOR, PRIOR_NEAR, begin_near, fit_and_judge, rounded, symmetry_of
 from calibration.samples import metric
 from calibration.start import Scales, initial_law, initial_oriented, with_guess
 from rodmodel import Domain, SectionLaw
@@ -207,6 +207,15 @@ def test_held_out_states_do_not_train(dataset):
     first, second = (fit_and_judge(data, **SHORT) for data in (dataset, spoilt))
     assert np.array_equal(first.law.directions, second.law.directions)
     assert first.error != second.error
+
+
+def test_a_law_is_rounded_to_what_its_file_holds():
+    law = law_of()
+    short = rounded(law)
+    before, after = (ravel_pytree(eqx.filter(some, eqx.is_inexact_array))[0] for some in (law, short))
+    np.testing.assert_allclose(after, before, rtol=0.5 * 10.0 ** (1 - DIGITS), atol=0.0)
+    assert all(float(f"{number:.{DIGITS}g}") == number for number in after)
+    assert eqx.tree_equal(rounded(short), short)
 
 
 def test_figures_of_a_fit_can_be_found_again(dataset, samples):

@@ -21,9 +21,8 @@ from calibration.progress import progress_bar
 from calibration.samples import Metric, Samples, loading_samples, metric, softness
 from calibration.stability import narrowed
 from calibration.start import Scales, initial_law, initial_oriented, with_guess
-from calibration.unfold import of_all_orientations, unfolded
 from fem_reference import ActuatorGeometry
-from rodmodel import Domain, OrientedNetwork, RidgeNetwork, SectionLaw
+from rodmodel import Domain, OrientedNetwork, RidgeNetwork, SectionLaw, unfolded
 
 # Starts from other random weights that are tried, and iterations of each trial.
 STARTS, TRIAL_ITERATIONS = 3, 15
@@ -99,7 +98,8 @@ def begin_near(law: AnyLaw, run: dict[str, Any]) -> AnyLaw:
     if not isinstance(law, RidgeNetwork):
         raise ValueError(f"a {type(law).__name__}, expected a network of ridges")
     if "orientations" in run:
-        return of_all_orientations(unfolded(law, "full"))
+        # The same at each orientation.
+        return OrientedNetwork(unfolded(law, "full"), jnp.zeros((len(law.feature_biases), 2)))
     return unfolded(law, symmetry_of(run))
 
 

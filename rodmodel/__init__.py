@@ -29,6 +29,7 @@ from rodmodel.section import (
     RidgeNetwork,
     SectionLaw,
     TurnedLaw,
+    unfolded,
 )
 
 __all__ = [
@@ -66,4 +67,5 @@ __all__ = [
     "save_calibration",
     "shipped_calibrations",
     "stack",
+    "unfolded",
 ]

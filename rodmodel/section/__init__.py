@@ -9,6 +9,7 @@ from rodmodel.section._quartic import QuarticLaw
 from rodmodel.section._ridge_network import SYMMETRIES, RidgeNetwork
 from rodmodel.section._ridges import RidgeLaw
 from rodmodel.section._turned import MirroredLaw, TurnedLaw
+from rodmodel.section._unfolded import unfolded
 from rodmodel.section._written_out import in_common_form
 
 __all__ = [
@@ -26,4 +27,5 @@ __all__ = [
     "SectionLaw",
     "TurnedLaw",
     "in_common_form",
+    "unfolded",
 ]

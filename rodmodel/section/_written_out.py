@@ -5,13 +5,12 @@ from dataclasses import replace
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array
 
 from rodmodel.section._law import SectionLaw
 from rodmodel.section._ridge_network import RidgeNetwork
 from rodmodel.section._turned import INTO_TURNED, MIRROR, SWAPPED, MirroredLaw, TurnedLaw
-
-_ROWS, _COLUMNS = np.tril_indices(3)  # of a factor's entries
+from rodmodel.section._unfolded import seen, unfolded
 
 
 def in_common_form(laws: Sequence[SectionLaw]) -> list[RidgeNetwork]:
@@ -36,63 +35,14 @@ def in_common_form(laws: Sequence[SectionLaw]) -> list[RidgeNetwork]:
 def _written_out(law: SectionLaw) -> RidgeNetwork:
     """The law with the ridges and features of each image written out."""
     if isinstance(law, TurnedLaw):
-        return _seen(_written_out(law.law), INTO_TURNED[law.turns], np.roll(np.arange(3), -law.turns))
+        return seen(_written_out(law.law), INTO_TURNED[law.turns], np.roll(np.arange(3), -law.turns))
     if isinstance(law, MirroredLaw):
-        return _seen(_written_out(law.law), MIRROR, SWAPPED)
+        return seen(_written_out(law.law), MIRROR, SWAPPED)
     if not isinstance(law, RidgeNetwork):
         raise ValueError(
             f"section: got a {type(law).__name__}, expected a ridge network, as calibrations hold"
         )
-    biases = jnp.broadcast_to(law.feature_biases, (len(law.images), law.feature_biases.shape[-1]))
-    parts = [
-        _seen(replace(law, feature_biases=own, symmetry="none"), turn, order)
-        for own, (turn, order) in zip(biases, law.images, strict=True)
-    ]
-    share = 1.0 / len(parts)
-    ridges = [part.mixing[:, 3:] for part in parts]
-    own = jnp.zeros((len(parts) * ridges[0].shape[0], len(parts) * ridges[0].shape[1]), biases.dtype)
-    for image, block in enumerate(ridges):
-        height, width = block.shape
-        own = own.at[image * height : (image + 1) * height, image * width : (image + 1) * width].set(block)
-    stiffness = jnp.sum(jnp.stack([_square(part.factor) for part in parts]), axis=0)
-    return replace(
-        parts[0],
-        feature_weights=jnp.concatenate([part.feature_weights for part in parts]),
-        feature_biases=jnp.concatenate([part.feature_biases for part in parts]),
-        directions=jnp.concatenate([part.directions for part in parts]),
-        mixing=jnp.concatenate([jnp.concatenate([part.mixing[:, :3] for part in parts]), own], axis=1),
-        offsets=jnp.concatenate([part.offsets for part in parts]),
-        weights=share * jnp.concatenate([part.weights for part in parts]),
-        factor=_factor(share * stiffness),
-        slopes=share * _of_all([part.slopes for part in parts]),
-        guess=share * _of_all([part.guess for part in parts]),
-    )
-
-
-def _of_all(parts: list[Float[Array, "*n h"]]) -> Float[Array, "*n g"]:
-    """Factors of (q, hidden of all images), from those of (q, hidden) of each."""
-    return jnp.concatenate(
-        [sum(part[..., :3] for part in parts), *(part[..., 3:] for part in parts)], axis=-1
-    )
-
-
-def _seen(law: RidgeNetwork, turn: np.ndarray, order: np.ndarray) -> RidgeNetwork:
-    """Law Π(U u, p[order]) of a network without symmetry."""
-    axes = jnp.asarray(turn, law.offsets.dtype)
-    back = np.argsort(order)  # e · p[order] = e[back] · p
-
-    def renumbered(factors: Array) -> Array:
-        return jnp.concatenate([factors[..., back], factors[..., 3:]], axis=-1)
-
-    return replace(
-        law,
-        feature_weights=law.feature_weights[:, back],
-        directions=law.directions @ axes,
-        mixing=renumbered(law.mixing),
-        factor=_factor(axes.T @ _square(law.factor) @ axes),
-        slopes=renumbered(law.slopes),
-        guess=axes.T @ renumbered(law.guess),
-    )
+    return unfolded(law)
 
 
 def _scaled_like(first: RidgeNetwork, law: RidgeNetwork) -> RidgeNetwork:
@@ -136,12 +86,3 @@ def _padded(law: RidgeNetwork, ridges: int, features: int) -> RidgeNetwork:
         slopes=jnp.pad(law.slopes, (0, more[1])),
         guess=jnp.pad(law.guess, wider),
     )
-
-
-def _square(factor: Float[Array, "6"]) -> Float[Array, "3 3"]:
-    lower = jnp.zeros((3, 3), factor.dtype).at[_ROWS, _COLUMNS].set(factor)
-    return lower @ lower.T
-
-
-def _factor(stiffness: Float[Array, "3 3"]) -> Float[Array, "6"]:
-    return jnp.linalg.cholesky(stiffness)[_ROWS, _COLUMNS]

@@ -1,0 +1,96 @@
+"""A network of ridges with images of its symmetry written out: the same potential from more ridges."""
+
+from dataclasses import replace
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from rodmodel.section._ridge_network import SYMMETRIES, RidgeNetwork
+
+_ROWS, _COLUMNS = np.tril_indices(3)  # of a factor's entries
+
+
+def unfolded(law: RidgeNetwork, symmetry: str = "none") -> RidgeNetwork:
+    """The same potential as a network of less symmetry.
+
+    The mean of F over all images is that, over the images of the lesser symmetry, of the mean over some of
+    F(U x, q[order]), one of every set of images that the lesser symmetry makes of each other; and that is a
+    network again, with the ridges and hidden functions of all of these.
+
+    Parameters
+    ----------
+    law : whose images share their w, unless all of them are written out.
+    symmetry : a part of the law's own: ``full``, ``mirror`` or ``none``.
+
+    Raises
+    ------
+    ValueError
+        Where the symmetry is no part of the law's, or images that have a w each would be left.
+    """
+    kept = [order for _, order in SYMMETRIES[symmetry]]
+    if not {tuple(order) for order in kept} <= {tuple(order) for _, order in law.images}:
+        raise ValueError(f"symmetry: got {symmetry!r}, expected a part of the law's own, {law.symmetry!r}")
+    if law.feature_biases.ndim == 2 and len(kept) > 1:
+        raise ValueError(f"symmetry: got {symmetry!r}, expected 'none' of a law whose images have a w each")
+    biases = jnp.broadcast_to(law.feature_biases, (len(law.images), law.feature_biases.shape[-1]))
+    parts, covered = [], set()
+    for own, (turn, order) in zip(biases, law.images, strict=True):
+        if tuple(order) not in covered:
+            parts.append(seen(replace(law, feature_biases=own, symmetry="none"), turn, order))
+            covered |= {tuple(other[order]) for other in kept}
+    share = 1.0 / len(parts)
+    ridges = [part.mixing[:, 3:] for part in parts]
+    own = jnp.zeros((len(parts) * ridges[0].shape[0], len(parts) * ridges[0].shape[1]), biases.dtype)
+    for image, block in enumerate(ridges):
+        height, width = block.shape
+        own = own.at[image * height : (image + 1) * height, image * width : (image + 1) * width].set(block)
+    stiffness = jnp.sum(jnp.stack([_square(part.factor) for part in parts]), axis=0)
+    return replace(
+        parts[0],
+        feature_weights=jnp.concatenate([part.feature_weights for part in parts]),
+        feature_biases=jnp.concatenate([part.feature_biases for part in parts]),
+        directions=jnp.concatenate([part.directions for part in parts]),
+        mixing=jnp.concatenate([jnp.concatenate([part.mixing[:, :3] for part in parts]), own], axis=1),
+        offsets=jnp.concatenate([part.offsets for part in parts]),
+        weights=share * jnp.concatenate([part.weights for part in parts]),
+        factor=_factor(share * stiffness),
+        slopes=share * _of_all([part.slopes for part in parts]),
+        guess=share * _of_all([part.guess for part in parts]),
+        symmetry=symmetry,
+    )
+
+
+def seen(law: RidgeNetwork, turn: np.ndarray, order: np.ndarray) -> RidgeNetwork:
+    """Law Π(U u, p[order]) of a network without symmetry."""
+    axes = jnp.asarray(turn, law.offsets.dtype)
+    back = np.argsort(order)  # e · p[order] = e[back] · p
+
+    def renumbered(factors: Array) -> Array:
+        return jnp.concatenate([factors[..., back], factors[..., 3:]], axis=-1)
+
+    return replace(
+        law,
+        feature_weights=law.feature_weights[:, back],
+        directions=law.directions @ axes,
+        mixing=renumbered(law.mixing),
+        factor=_factor(axes.T @ _square(law.factor) @ axes),
+        slopes=renumbered(law.slopes),
+        guess=axes.T @ renumbered(law.guess),
+    )
+
+
+def _of_all(parts: list[Float[Array, "*n h"]]) -> Float[Array, "*n g"]:
+    """Factors of (q, hidden of all images), from those of (q, hidden) of each."""
+    return jnp.concatenate(
+        [sum(part[..., :3] for part in parts), *(part[..., 3:] for part in parts)], axis=-1
+    )
+
+
+def _square(factor: Float[Array, "6"]) -> Float[Array, "3 3"]:
+    lower = jnp.zeros((3, 3), factor.dtype).at[_ROWS, _COLUMNS].set(factor)
+    return lower @ lower.T
+
+
+def _factor(stiffness: Float[Array, "3 3"]) -> Float[Array, "6"]:
+    return jnp.linalg.cholesky(stiffness)[_ROWS, _COLUMNS]

@@ -28,8 +28,8 @@ def unfolded(law: RidgeNetwork, symmetry: str = "none") -> RidgeNetwork:
     ValueError
         Where the symmetry is no part of the law's, or images that have a w each would be left.
     """
-    kept = [order for _, order in SYMMETRIES[symmetry]]
-    if not {tuple(order) for order in kept} <= {tuple(order) for _, order in law.images}:
+    kept = [order for _, order in SYMMETRIES.get(symmetry, [])]
+    if not kept or not {tuple(order) for order in kept} <= {tuple(order) for _, order in law.images}:
         raise ValueError(f"symmetry: got {symmetry!r}, expected a part of the law's own, {law.symmetry!r}")
     if law.feature_biases.ndim == 2 and len(kept) > 1:
         raise ValueError(f"symmetry: got {symmetry!r}, expected 'none' of a law whose images have a w each")

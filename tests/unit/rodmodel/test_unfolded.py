@@ -47,7 +47,9 @@ def slopes(law, curvature, pressure):
     return value, *gradient
 
 
-@pytest.mark.parametrize(("symmetry", "more"), [("none", "mirror"), ("none", "full"), ("mirror", "full")])
+@pytest.mark.parametrize(
+    ("symmetry", "more"), [("none", "mirror"), ("none", "full"), ("mirror", "full"), ("full", "knot")]
+)
 def test_symmetry_that_a_law_has_not_is_refused(symmetry, more):
     with pytest.raises(
         ValueError, match=f"symmetry: got '{more}', expected a part of the law's own, '{symmetry}'"

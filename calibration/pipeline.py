@@ -123,7 +123,7 @@ def fit_and_judge(
     ridges, features : size of the law.
     iterations : of the final training.
     seed : of the first start.
-    near : law of another winding to begin with, see `begin_near`, and to stay near; the size is its own.
+    near : law of another winding to begin with, from `begin_near`, and to stay near; the size is its own.
     """
     material = prepare(dataset, domain, length)
     run = attributes(dataset)
@@ -143,7 +143,7 @@ def fit_and_judge(
         if near is None:
             start, prior = min(map(trial, range(STARTS)), key=lambda trial: trial.loss).law, PRIOR
         else:
-            start, prior = begin_near(near, run), PRIOR_NEAR
+            start, prior = near, PRIOR_NEAR
         found = fit(
             start, train, scales, iterations, prior=prior, stay_near=near is not None, watch=watch("training")
         )

@@ -140,9 +140,8 @@ def _fit(options: argparse.Namespace, command: str) -> int:
             raise BadInputError(
                 "--near: got it with --ridges or --features, expected the size to be that law's"
             )
-        near = read_calibration_file(options.near)
         try:
-            begin_near(near.section_law, run)
+            near = begin_near(read_calibration_file(options.near).section_law, run)
         except ValueError as error:
             raise BadInputError(f"--near {options.near}: got {error}") from error
     outcome: Judged = fit_and_judge(
@@ -153,7 +152,7 @@ def _fit(options: argparse.Namespace, command: str) -> int:
         options.features or _FEATURES,
         options.iterations,
         options.seed,
-        None if near is None else near.section_law,
+        near,
     )
     if not outcome.good:
         return complain(f"rodmodel-calibrate fit: {outcome.complaint}; nothing written", NOT_CONVERGED)

@@ -11,6 +11,7 @@ from jax.flatten_util import ravel_pytree
 from manufactured_cell import potential
 
 from calibration.candidates import _Contracted
+from calibration.dataset import attributes
 from calibration.design import inside
 from calibration.error import figures
 from calibration.fit import fit, mean_square
@@ -176,8 +177,8 @@ SHORT = {"domain": DOMAIN, "length": LENGTH, "ridges": 3, "features": 3, "iterat
 
 def test_a_law_of_another_winding_gives_the_fit_its_size_and_start(dataset):
     """Of full symmetry, it has three times the ridges where only the mirror is left."""
-    other = law_of("full")
-    outcome = fit_and_judge(dataset, **{**SHORT, "iterations": 30}, near=other)
+    near = begin_near(law_of("full"), attributes(dataset))
+    outcome = fit_and_judge(dataset, **{**SHORT, "iterations": 30}, near=near)
     assert outcome.good, outcome.complaint
     assert outcome.law.symmetry == "mirror"
     assert (outcome.training["ridges"], outcome.training["features"]) == (18, 15)

@@ -1,5 +1,6 @@
 """From a dataset to a judged law: the steps that the command line runs."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from calibration.dataset import attributes
 from calibration.design import inside
 from calibration.error import deviations, figures
 from calibration.fit import Fitted, fit, mean_square
+from calibration.joined import joined
 from calibration.oriented import AnyLaw
 from calibration.plots import write_figures
 from calibration.progress import progress_bar
@@ -64,10 +66,16 @@ class Material:
     scales: Scales
 
 
-def prepare(dataset: xr.Dataset, domain: Domain, length: float) -> Material:
-    """Split a dataset by role; training keeps states beyond a narrowed domain, which support its edge."""
+def prepare(
+    dataset: xr.Dataset, domain: Domain, length: float, others: Sequence[xr.Dataset] = ()
+) -> Material:
+    """Split a dataset by role; training keeps states beyond a narrowed domain, which support its edge.
+
+    Other datasets add their training states.
+    """
     samples = loading_samples(dataset)
-    train = samples.where(~samples.held_out & (softness(samples) >= SOFTEST))
+    train = joined([samples, *map(loading_samples, others)]) if others else samples
+    train = train.where(~train.held_out & (softness(train) >= SOFTEST))
     held_out = samples.where(samples.held_out & inside(domain, samples.pressure, samples.moment))
     run = attributes(dataset)
     geometry = ActuatorGeometry(**run["geometry"])
@@ -112,6 +120,7 @@ def fit_and_judge(
     iterations: int,
     seed: int,
     near: AnyLaw | None = None,
+    others: Sequence[xr.Dataset] = (),
 ) -> Judged:
     """Fit a network of ridges to the training states and measure it on the held-out ones.
 
@@ -124,8 +133,9 @@ def fit_and_judge(
     iterations : of the final training.
     seed : of the first start.
     near : law of another winding to begin with, from `begin_near`, and to stay near; the size is its own.
+    others : datasets of the same section whose training states are fitted too.
     """
-    material = prepare(dataset, domain, length)
+    material = prepare(dataset, domain, length, others)
     run = attributes(dataset)
     train, scales = material.train, material.metric
     with progress_bar((0 if near else STARTS * TRIAL_ITERATIONS) + iterations, "iterations") as advance:

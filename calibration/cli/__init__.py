@@ -126,6 +126,7 @@ def _run(options: argparse.Namespace, command: str) -> int:
 def _fit(options: argparse.Namespace, command: str) -> int:
     from calibration.assembly import calibration_of
     from calibration.dataset import attributes
+    from calibration.joined import UnlikeError, refuse_unlike
     from calibration.pipeline import Judged, begin_near, fit_and_judge
     from calibration.provenance import code_version, sha256, today
     from calibration.report import error_table
@@ -134,6 +135,12 @@ def _fit(options: argparse.Namespace, command: str) -> int:
     dataset, domain = _dataset(options)
     refuse_unwritable("--out", Path(options.out))
     run = attributes(dataset)
+    others = [read_dataset(file) for file in options.also]
+    for file, other in zip(options.also, others, strict=True):
+        try:
+            refuse_unlike(dataset, other)
+        except UnlikeError as error:
+            raise BadInputError(f"--also {file}: got {error}") from error
     near = None
     if options.near is not None:
         if options.ridges is not None or options.features is not None:
@@ -153,6 +160,7 @@ def _fit(options: argparse.Namespace, command: str) -> int:
         options.iterations,
         options.seed,
         near,
+        others,
     )
     if not outcome.good:
         return complain(f"rodmodel-calibrate fit: {outcome.complaint}; nothing written", NOT_CONVERGED)
@@ -164,6 +172,7 @@ def _fit(options: argparse.Namespace, command: str) -> int:
         "date": today(),
         "training": outcome.training,
         **({} if near is None else {"near_sha256": sha256(Path(options.near))}),
+        **({"also_sha256": [sha256(Path(file)) for file in options.also]} if others else {}),
     }
     save_calibration(calibration_of(outcome.law, outcome.domain, outcome.error, run, provenance), options.out)
     kept = outcome.domain.pressure_max
@@ -250,6 +259,13 @@ def _parser() -> argparse.ArgumentParser:
 
     fit = commands.add_parser("fit", help="fit the section law and write the calibration file")
     fit.add_argument("dataset", help="netCDF file of a run")
+    fit.add_argument(
+        "--also",
+        nargs="+",
+        default=[],
+        metavar="DATASET",
+        help="of the same section, for a law of all orientations at any; its training states are fitted too",
+    )
     fit.add_argument("--out", required=True, help="calibration file to write")
     fit.add_argument(
         "--near",

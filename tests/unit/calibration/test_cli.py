@@ -6,10 +6,11 @@ import re
 import equinox as eqx
 import jax
 import pytest
+import xarray as xr
 
 import rodmodel
 from calibration.cli import main
-from calibration.dataset import load_dataset
+from calibration.dataset import load_dataset, save_dataset
 from calibration.pipeline import prepare
 from calibration.provenance import sha256
 
@@ -118,6 +119,30 @@ def test_fit_begins_near_the_law_of_another_winding(calibrated, run_directory, t
     provenance = rodmodel.read_calibration(tmp_path / "law.json").provenance
     assert provenance["training"]["ridges"] == 10
     assert provenance["near_sha256"] == sha256(calibrated)
+
+
+def test_fit_takes_the_training_states_of_another_sweep_too(calibrated, run_directory, tmp_path, bad):
+    dataset = run_directory / "dataset.nc"
+    other = xr.load_dataset(dataset, engine="h5netcdf")
+    fitted = ["fit", str(dataset), "--near", str(calibrated), "--iterations", "2", "--out"]
+    save_dataset(other.assign_attrs(mesh="medium"), tmp_path / "medium.nc")
+    status, line = bad(*fitted, str(tmp_path / "none.json"), "--also", str(tmp_path / "medium.nc"))
+    assert status == 2
+    for part in ("--also", "medium.nc", "a sweep with mesh medium", "expected coarse"):
+        assert part in line
+    save_dataset(other.assign_attrs(seed=1), tmp_path / "other.nc")
+    assert main([*fitted, str(tmp_path / "one.json")]) == 0
+    assert main([*fitted, str(tmp_path / "two.json"), "--also", str(tmp_path / "other.nc")]) == 0
+    one, two = (rodmodel.read_calibration(tmp_path / f"{name}.json") for name in ("one", "two"))
+    trained = one.provenance["training"]["states"]
+    assert two.provenance["training"]["states"] == 2 * trained
+    assert two.provenance["training"]["paths"] == 2 * one.provenance["training"]["paths"]
+    assert two.provenance["also_sha256"] == [sha256(tmp_path / "other.nc")]
+    # Judged on the first sweep's held-out states alone. Every training state twice leaves the mean square as
+    # it is, but for the rounding of the slopes to single precision, of which the steps are made.
+    assert two.provenance["states"] - 2 * trained == one.provenance["states"] - trained
+    losses = [law.provenance["training"]["mean_square_residual"] for law in (one, two)]
+    assert losses[1] == pytest.approx(losses[0], rel=1e-4)
 
 
 def test_report_repeats_the_figures_of_the_file_and_draws(calibrated, run_directory, tmp_path, capsys):

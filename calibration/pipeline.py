@@ -136,6 +136,8 @@ def fit_and_judge(
     others : datasets of the same section whose training states are fitted too.
     """
     material = prepare(dataset, domain, length, others)
+    # Which start is best, the states of one dataset tell.
+    own = prepare(dataset, domain, length)
     run = attributes(dataset)
     train, scales = material.train, material.metric
     with progress_bar((0 if near else STARTS * TRIAL_ITERATIONS) + iterations, "iterations") as advance:
@@ -148,7 +150,7 @@ def fit_and_judge(
             oriented = "orientations" in run
             start = initial_oriented(*size) if oriented else initial_law(*size, symmetry_of(run))
             stage = watch(f"start {number + 1}/{STARTS}")
-            return fit(start, train, scales, TRIAL_ITERATIONS, prior=PRIOR, watch=stage)
+            return fit(start, own.train, own.metric, TRIAL_ITERATIONS, prior=PRIOR, watch=stage)
 
         if near is None:
             start, prior = min(map(trial, range(STARTS)), key=lambda trial: trial.loss).law, PRIOR

@@ -69,9 +69,12 @@ def main(picture: Path) -> None:
         print(
             f"{p:14g}   {correlation:25.3f}   {some:>30s}   {math.degrees(best):12.2f}, {100.0 * least:.2f}"
         )
-    noise = math.sqrt(2.0) * float(rods.angle_error) / float(at[JUDGED_KPA].mean())
+    # Of the section alone, which is what the angles here are of: that of rods has the ends' part too.
+    (of_all,) = (c for c in rodmodel.shipped_calibrations() if c.layout.psi is None)
+    error = float(of_all.error["free_bending_angle_rad"]["p90"])
+    noise = math.sqrt(2.0) * error / float(at[JUDGED_KPA].mean())
     print(
-        f"The map errs by up to {math.degrees(rods.angle_error):.2f} deg in 90 % of states: by its error "
+        f"The map errs by up to {math.degrees(error):.2f} deg in 90 % of states: by its error "
         f"alone two angles differ by up to {100.0 * noise:.1f} % of their mean at {JUDGED_KPA:g} kPa."
     )
     points = json.loads(POINTS.read_text())

@@ -137,7 +137,7 @@ def fit_and_judge(
     """
     material = prepare(dataset, domain, length, others)
     # Which start is best, the states of one dataset tell.
-    own = prepare(dataset, domain, length)
+    own = prepare(dataset, domain, length) if others and near is None else material
     run = attributes(dataset)
     train, scales = material.train, material.metric
     with progress_bar((0 if near else STARTS * TRIAL_ITERATIONS) + iterations, "iterations") as advance:

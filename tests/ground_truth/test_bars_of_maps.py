@@ -14,16 +14,28 @@ LAWS = {
 ANGLE, WORST, MOMENT, VOLUME = 0.5, 2.0, 0.01, 0.01
 
 
+# The one bar that is missed, so that its law is still held to the others; met, it has to leave this list.
+MISSED = {"double-helix psi 0.0 pitch 3": "0.51 deg: missed by 0.01"}
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(
+            name, marks=pytest.mark.xfail(strict=True, reason=MISSED[name]) if name in MISSED else ()
+        )
+        for name in LAWS
+    ],
+)
+def test_the_free_bending_angle_is_within_its_bar_at_95_percent(name: str) -> None:
+    assert math.degrees(LAWS[name].error["free_bending_angle_rad"]["p95"]) <= ANGLE
+
+
 @pytest.mark.parametrize("name", LAWS)
-def test_the_law_is_as_close_to_the_cell_as_a_map_has_to_be(
-    name: str, request: pytest.FixtureRequest
-) -> None:
-    if name == "double-helix psi 0.0 pitch 3":
-        request.applymarker(pytest.mark.xfail(strict=True, reason="0.51 deg: missed by 0.01"))
+def test_worst_angle_moment_and_volume_are_within_their_bars(name: str) -> None:
     error = LAWS[name].error
-    angle, moment, volume = (error[key] for key in ("free_bending_angle_rad", "moment_nm", "volume_m2"))
-    assert math.degrees(angle["p95"]) <= ANGLE
-    assert math.degrees(angle["worst"]) <= WORST
+    moment, volume = error["moment_nm"], error["volume_m2"]
+    assert math.degrees(error["free_bending_angle_rad"]["worst"]) <= WORST
     assert moment["p95"] <= MOMENT * moment["range"]
     assert volume["p95"] <= VOLUME * volume["range"]
 
@@ -36,5 +48,5 @@ def test_the_law_of_all_orientations_errs_within_twice_what_those_of_one_do() ->
     assert len(single) == 3
     for figure in ("median", "p95", "worst"):
         for quantity in ("free_bending_angle_rad", "moment_nm", "volume_m2"):
-            worst = max(c.error[quantity][figure] for c in single)
-            assert of_all.error[quantity][figure] <= 2.0 * worst
+            best = min(c.error[quantity][figure] for c in single)
+            assert of_all.error[quantity][figure] <= 2.0 * best

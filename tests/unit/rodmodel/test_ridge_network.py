@@ -13,7 +13,7 @@ from rodmodel import CurvatureLaw, RidgeLaw, RidgeNetwork, TurnedLaw
 from rodmodel._components import triple
 from rodmodel.section import SYMMETRIES, LawNearby
 from rodmodel.section._law import PAIRS, TRIPLES
-from rodmodel.section._ridges import powers
+from rodmodel.section._ridges import powers, weighted_sum
 from rodmodel.section._turned import INTO_TURNED
 from tests.unit.rodmodel import synthetic
 
@@ -202,3 +202,22 @@ def test_slopes_by_the_pressures_are_those_of_the_moved_law(law: RidgeNetwork) -
         general = CurvatureLaw.slopes_by(at, triple(u), jax.tree.map(lambda leaf: leaf[0], slopes))
         own = at.slopes_by(triple(u), jax.tree.map(lambda leaf: leaf[0], slopes))
         np.testing.assert_allclose(own, general, rtol=0, atol=1e-13 * float(jnp.max(jnp.abs(general))))
+
+
+def test_a_weighted_sum_has_the_derivatives_of_a_product_of_matrices():
+    # Its own rule stands in for those of the sum that is written out.
+    rng = np.random.default_rng(11)
+    at = jnp.array(rng.normal(size=7)), jnp.array(rng.normal(size=(7, 4)))
+
+    def product(factors: Array, rows: Array) -> Array:
+        return factors @ rows
+
+    for derivative in (jax.jacfwd, jax.jacrev):
+        for which in (0, 1, (0, 1)):
+            first = derivative(weighted_sum, which), derivative(product, which)
+            jax.tree.map(
+                lambda a, b: np.testing.assert_allclose(a, b, rtol=1e-13, atol=1e-13),
+                *(slope(*at) for slope in first),
+            )
+        second = (derivative(jax.jacfwd(sum_, (0, 1)), (0, 1))(*at) for sum_ in (weighted_sum, product))
+        jax.tree.map(lambda a, b: np.testing.assert_allclose(a, b, atol=1e-13), *second)

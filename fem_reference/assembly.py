@@ -43,11 +43,12 @@ class SparsePattern:
         diagonal = np.arange(size, dtype=np.int64) * (size + 1)
         fixed = np.minimum(rows, columns) * np.int64(size) + np.maximum(rows, columns)
         keys = np.unique(np.concatenate([*local_keys, fixed, diagonal]))
-        # Of each group: its places in the data, and the sums of local entries that go there.
+        # Of each group: its places in the data, and the sums of local entries that go there, by columns: so
+        # entries are read in the order in which they lie in memory.
         merged = [np.unique(np.searchsorted(keys, k), return_inverse=True) for k in local_keys]
         self._places = [places for places, _ in merged]
         self._sums = [
-            sparse.csr_matrix((np.ones(len(inverse)), (inverse, chosen)), shape=(len(places), size))
+            sparse.csc_matrix((np.ones(len(inverse)), (inverse, chosen)), shape=(len(places), size))
             for (places, inverse), chosen, size in zip(merged, chosen_of, sizes, strict=True)
         ]
         self._set(keys)

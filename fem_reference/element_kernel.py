@@ -2,8 +2,8 @@
 
 Stress and tangent are evaluated in the principal frame at each point and integrated there, with the shape
 functions' gradients turned into it: the tangent is never turned back. Only its blocks of directions i ≤ k are
-kept, as it is symmetric. Components come first and elements last, so that the innermost loops, over elements,
-are vectorised. See `solid` for the mechanics. Lengths mm, stresses MPa.
+integrated, as it is symmetric. Components come first and elements last, so that the innermost loops, over
+elements, are vectorised. See `solid` for the mechanics. Lengths mm, stresses MPa.
 """
 
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 from jax import Array
-from jaxtyping import Float
+from jaxtyping import ArrayLike, Float
 
 from fem_reference.material import (
     BLOCKS,
@@ -22,10 +22,12 @@ from fem_reference.material import (
     isochoric_response,
     isochoric_stress,
     principal,
+    stored,
 )
 
-# Later stages read what earlier ones have stored; else XLA would work it out anew for every use.
-_stored = jax.lax.optimization_barrier
+# Up to here a sum over points that is written out, vectorised over elements, takes half as long as a product
+# of matrices; with the 27 nodes of a quadratic element it takes twice as long.
+_FEW_NODES = 8
 
 
 class ElementChunk(NamedTuple):
@@ -37,42 +39,54 @@ class ElementChunk(NamedTuple):
     volume: Float[Array, " elements"]
 
 
-@jax.jit
 def response(
     chunk: ElementChunk,
     moduli: Moduli,
     bulk_modulus: Array,
-    local: Float[Array, "nodes 3 elements"],
-    pressure: Float[Array, "modes elements"],
+    local: Float[ArrayLike, "nodes 3 elements"],
+    pressure: Float[ArrayLike, "modes elements"] | None,
+) -> tuple[
+    Float[Array, "nodes 3 elements"],
+    Float[Array, "modes nodes 3 elements"],
+    Float[Array, "nodes 3 nodes 3 elements"],
+]:
+    """Forces, V_e ∂ϑ_j/∂x, and stiffness with the pressures condensed.
+
+    Parameters
+    ----------
+    chunk, moduli, bulk_modulus : the elements and their material.
+    local : positions of each element's nodes.
+    pressure : π_j of the tangent's geometric part; κ ϑ_j where none is given.
+    """
+    force, volume_gradient, turned, tangent = _at_points(chunk, moduli, bulk_modulus, local, pressure)
+    return (
+        force,
+        volume_gradient,
+        _condensed(chunk, bulk_modulus, volume_gradient, _integrated(turned, tangent)),
+    )
+
+
+# Compiled apart, here and below: in one piece XLA works out anew, for every use, what the next one reads.
+@jax.jit
+def _at_points(
+    chunk: ElementChunk, moduli: Moduli, bulk_modulus: Array, local: Array, pressure: Array | None
 ) -> tuple[
     Float[Array, "nodes 3 elements"],
     Float[Array, "modes nodes 3 elements"],
     Float[Array, "3 nodes points elements"],
     Float[Array, "6 3 3 points elements"],
 ]:
-    """Forces, V_e ∂ϑ_j/∂x, and what the stiffness at fixed π_j is integrated from.
-
-    Parameters
-    ----------
-    chunk, moduli, bulk_modulus : the elements and their material.
-    local : positions of each element's nodes.
-    pressure : π_j of the tangent's geometric part.
-
-    Returns
-    -------
-    force, volume_gradient : of the elements' nodes.
-    gradients : of the shape functions, turned into the principal frame at each point.
-    tangent : with its weights in that frame, for each pair of `BLOCKS`; see `isochoric_response`.
-    """
-    F = _stored(_deformation_gradient(chunk, local))
-    at, growth = _stored((principal(F), _growth(F)))
+    """Forces, V_e ∂ϑ_j/∂x, and gradients and weighted tangent in the principal frame at each point."""
+    F = stored(_deformation_gradient(chunk, local))
+    at, growth = stored((principal(F), _growth(F)))
     constitutive = bulk_modulus * _mean(chunk, growth)
     stress, tangent = isochoric_response(moduli, at)
-    at_points = (chunk.modes * pressure[:, None]).sum(axis=0)
+    kept = constitutive if pressure is None else pressure
+    at_points = (chunk.modes * kept[:, None]).sum(axis=0)
     tangent = (tangent + at_points * _determinant_tangent(at)) * chunk.weights
-    turned = _stored(_turned(chunk, at.before))
+    turned = stored(_turned(chunk, at.before))
     cofactor = (1.0 + growth) / at.stretch
-    volume_gradient = _stored(
+    volume_gradient = stored(
         jnp.stack([_pull(turned, at.after * (chunk.weights * mode * cofactor)) for mode in chunk.modes])
     )
     force = _pull(turned, at.after * (chunk.weights * stress))
@@ -81,15 +95,26 @@ def response(
 
 
 @jax.jit
+def _condensed(
+    chunk: ElementChunk, bulk_modulus: Array, volume_gradient: Array, blocks: Array
+) -> Float[Array, "nodes 3 nodes 3 elements"]:
+    """Matrices of all directions, with what the pressures add."""
+    stiffness = _from_blocks(blocks)
+    for gradient in volume_gradient:
+        stiffness += bulk_modulus / chunk.volume * gradient[:, :, None, None] * gradient
+    return stiffness
+
+
+@jax.jit
 def force(
     chunk: ElementChunk, moduli: Moduli, bulk_modulus: Array, local: Float[Array, "nodes 3 elements"]
 ) -> Float[Array, "nodes 3 elements"]:
     """Forces alone, those of `response`."""
-    F = _stored(_deformation_gradient(chunk, local))
-    at, growth = _stored((principal(F), _growth(F)))
+    F = stored(_deformation_gradient(chunk, local))
+    at, growth = stored((principal(F), _growth(F)))
     pressure = (chunk.modes * (bulk_modulus * _mean(chunk, growth))[:, None]).sum(axis=0)
     stress = isochoric_stress(moduli, at) + pressure * (1.0 + growth) / at.stretch
-    return _pull(_stored(_turned(chunk, at.before)), at.after * (chunk.weights * stress))
+    return _pull(stored(_turned(chunk, at.before)), at.after * (chunk.weights * stress))
 
 
 @jax.jit
@@ -111,14 +136,19 @@ def dilatation(
     return _mean(chunk, _growth(_deformation_gradient(chunk, local)))
 
 
-@jax.jit
-def viscous_tangent(
-    chunk: ElementChunk, modulus: Array, local: Float[Array, "nodes 3 elements"]
-) -> Float[Array, "6 3 3 points elements"]:
-    """Of 2μ D:D, D the deviator of the rate of strain where the body is now, with its weights.
+def viscosity(
+    chunk: ElementChunk, modulus: float, local: Float[ArrayLike, "nodes 3 elements"]
+) -> Float[Array, "nodes 3 nodes 3 elements"]:
+    """Matrices of ∫ 2μ D:D dV, D the deviator of the rate of strain where the body is now."""
+    tangent = _viscous_tangent(chunk, modulus, local)
+    return _from_blocks(_integrated(jnp.swapaxes(chunk.gradients, 0, 1), tangent))
 
-    In the frame of the body at rest, for each pair of `BLOCKS`.
-    """
+
+@jax.jit
+def _viscous_tangent(
+    chunk: ElementChunk, modulus: Array, local: Array
+) -> Float[Array, "6 3 3 points elements"]:
+    """With its weights, in the frame of the body at rest, for each pair of `BLOCKS`."""
     F = _deformation_gradient(chunk, local)
     cofactor = jnp.stack([jnp.cross(F[(i + 1) % 3], F[(i + 2) % 3], axis=0) for i in range(3)])
     inverse = cofactor / (F[0] * cofactor[0]).sum(axis=0)  # (F⁻¹)_Ji as [i, J]
@@ -174,4 +204,28 @@ def _turned(chunk: ElementChunk, frame: Array) -> Float[Array, "3 nodes points e
 
 def _pull(turned: Array, stress: Float[Array, "3 3 points elements"]) -> Float[Array, "nodes 3 elements"]:
     """Σ_q dN_a·T_i, the directions of both turned alike."""
-    return jnp.stack([dot(stress[i][:, None], turned).sum(axis=1) for i in range(3)], axis=1)
+    points = range(turned.shape[2])
+    # Point by point: a sum over an axis in the middle is not vectorised.
+    sums = [sum(dot(stress[i, :, None, q], turned[:, :, q]) for q in points) for i in range(3)]
+    return jnp.stack(sums, axis=1)
+
+
+@jax.jit
+def _integrated(
+    gradients: Float[Array, "3 nodes points elements"], tangent: Float[Array, "6 3 3 points elements"]
+) -> Float[Array, "6 nodes nodes elements"]:
+    """Σ_q dN_aJ A_iJkL dN_bL for each pair (i, k) of `BLOCKS`, both in one frame at each point."""
+    nodes, points = gradients.shape[1:3]
+    right = stored(sum(tangent[:, :, L, None] * gradients[L] for L in range(3)))
+    if nodes > _FEW_NODES:
+        return jnp.einsum("Jaqe,nJbqe->nabe", gradients, right)
+    return sum(gradients[J, :, None, q] * right[:, J, None, :, q] for q in range(points) for J in range(3))
+
+
+@jax.jit
+def _from_blocks(blocks: Float[Array, "6 nodes nodes elements"]) -> Float[Array, "nodes 3 nodes 3 elements"]:
+    """Symmetric matrices from what `BLOCKS` says of them."""
+    of = {}
+    for (i, k), block in zip(BLOCKS, blocks, strict=True):
+        of[k, i], of[i, k] = jnp.swapaxes(block, 0, 1), block
+    return jnp.stack([jnp.stack([of[i, k] for k in range(3)], axis=2) for i in range(3)], axis=1)

@@ -8,6 +8,7 @@ moduli (MPa inside the FEM). In double precision only: `jax.enable_x64`.
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 from jax import Array
 from jaxtyping import Float
@@ -20,6 +21,8 @@ BLOCKS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 # Below this, sinh(x)/x is summed up to x⁸/9!: the first term left out is under 1e-22, and a difference of
 # exponentials would lose more than a hundred roundings.
 _SERIES_BELOW = 0.01
+# Later stages read what earlier ones have stored; else XLA would work it out anew for every use.
+stored = jax.lax.optimization_barrier
 
 
 @dataclass(frozen=True)
@@ -140,27 +143,31 @@ def isochoric_response(
             # (τ_i − τ_j)/(λ_i² − λ_j²), but for what all terms share.
             gap = 0.5 * alpha * (deviatoric[i] - deviatoric[j])
             ratio[k] += mu * _sinhc(gap, half[i], half[j])
-    zero = jnp.zeros_like(lam[0])
-    # Of the dyads n_i ⊗ N_j: with themselves, with n_j ⊗ N_i, and of n_i ⊗ N_i with n_j ⊗ N_j.
-    alone, crossed, across = ([[zero] * 3 for _ in range(3)] for _ in range(3))
-    for i in range(3):
-        alone[i][i] = (own[i] - kirchhoff[i]) / lam[i] ** 2
+    # Of the dyads n_i ⊗ N_j: each with itself, n_i ⊗ N_i with n_j ⊗ N_j, and n_i ⊗ N_j with n_j ⊗ N_i.
+    alone = {(i, i): (own[i] - kirchhoff[i]) / lam[i] ** 2 for i in range(3)}
+    across, crossed = {}, {}
     for k, (i, j) in enumerate(_PAIRS):
         product = lam[i] * lam[j]
         shear = ratio[k] / _sinhc(strain[i] - strain[j], lam[i], lam[j])
         mean_stress = 0.5 * (kirchhoff[i] + kirchhoff[j])
-        alone[i][j] = alone[j][i] = shear
-        across[i][j] = across[j][i] = mutual[k] / product
         mean_square = 0.5 * (lam[i] ** 2 + lam[j] ** 2)
-        crossed[i][j] = crossed[j][i] = (mean_square * shear - mean_stress) / product
+        alone[i, j] = shear
+        across[i, j] = mutual[k] / product
+        crossed[i, j] = (mean_square * shear - mean_stress) / product
+    alone, across, crossed = stored((alone, across, crossed))
 
     def entry(i: int, k: int, a: int, b: int) -> Array:
         if a == b:
-            return dot(n[i] * n[k], jnp.stack([alone[c][a] for c in range(3)]))
-        return n[i, a] * n[k, b] * across[a][b] + n[i, b] * n[k, a] * crossed[a][b]
+            return dot(n[i] * n[k], jnp.stack([_of(alone, c, a) for c in range(3)]))
+        return n[i, a] * n[k, b] * _of(across, a, b) + n[i, b] * n[k, a] * _of(crossed, a, b)
 
     tangent = [[[entry(i, k, a, b) for b in range(3)] for a in range(3)] for i, k in BLOCKS]
     return kirchhoff / lam, jnp.stack([jnp.stack([jnp.stack(row) for row in block]) for block in tangent])
+
+
+def _of(pairs: dict[tuple[int, int], Array], i: int, j: int) -> Array:
+    """What belongs to a pair, in either order."""
+    return pairs[i, j] if (i, j) in pairs else pairs[j, i]
 
 
 def _sinhc(x: Array, up: Array, down: Array) -> Array:

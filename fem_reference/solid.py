@@ -24,12 +24,11 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax import Array
 from jaxtyping import Float
 
 from fem_reference import element_kernel
 from fem_reference.element_kernel import ElementChunk
-from fem_reference.material import BLOCKS, Moduli, Ogden
+from fem_reference.material import Moduli, Ogden
 from fem_reference.mesh import BodyMesh
 from fem_reference.reference_element import reference_element
 
@@ -154,23 +153,19 @@ class SolidElements:
         pressure : π_j of the tangent's geometric part [MPa]; by default κ ϑ_j, which makes the tangent the
             exact Hessian of the energy.
         """
-        if pressure is None:
-            pressure = self.bulk_modulus * self.dilatation(positions)
         nodes = self.connectivity.shape[1]
         force, stiffness = np.empty((len(self), 3 * nodes)), np.empty((len(self), 3 * nodes, 3 * nodes))
         volume_gradient = np.empty((len(self), self.modes, 3 * nodes))
 
         def fill(part: slice, chunk: ElementChunk, local: np.ndarray) -> None:
-            given = np.zeros((self.modes, local.shape[2]))
-            given[:, : len(force[part])] = pressure[part].T
-            forces, growth, gradients, tangent = element_kernel.response(
-                chunk, *self._constants, local, given
-            )
+            given = None
+            if pressure is not None:
+                given = np.zeros((self.modes, local.shape[2]))
+                given[:, : len(force[part])] = pressure[part].T
+            forces, growth, matrices = element_kernel.response(chunk, *self._constants, local, given)
             force[part] = _by_element(forces)[: len(force[part])]
             volume_gradient[part] = _by_element(growth)[: len(force[part])]
-            _integrate(stiffness[part], gradients, tangent)
-            scaled = (self.bulk_modulus / self.volume[part])[:, None, None] * volume_gradient[part]
-            stiffness[part] += np.swapaxes(volume_gradient[part], 1, 2) @ scaled
+            stiffness[part] = _matrices(matrices)[: len(force[part])]
 
         self._in_chunks(fill, positions)
         return force, stiffness, volume_gradient
@@ -196,8 +191,8 @@ class SolidElements:
         modulus = self.material.shear_modulus / _MPA
 
         def fill(part: slice, chunk: ElementChunk, local: np.ndarray) -> None:
-            tangent = element_kernel.viscous_tangent(chunk, modulus, local)
-            _integrate(matrices[part], jnp.swapaxes(chunk.gradients, 0, 1), tangent)
+            found = element_kernel.viscosity(chunk, modulus, local)
+            matrices[part] = _matrices(found)[: len(matrices[part])]
 
         self._in_chunks(fill, positions)
         return matrices
@@ -220,30 +215,16 @@ class SolidElements:
             pass
 
 
-def _integrate(
-    stiffness: Float[np.ndarray, "elements dofs dofs"],
-    gradients: Float[Array, "3 nodes points padded"],
-    tangent: Float[Array, "6 3 3 points padded"],
-) -> None:
-    """Fill in K_(ai)(bk) = Σ_q dN_aJ A_iJkL dN_bL, both in one frame at each point; see `element_kernel`."""
-    count, nodes, points = len(stiffness), *gradients.shape[1:3]
-    # Matrices of one point, (element, point, J·block, L) and (…, L, node), then of one element.
-    at_points = np.asarray(tangent)[..., :count].transpose(4, 3, 1, 0, 2).reshape(count, points, 18, 3)
-    right = np.ascontiguousarray(np.asarray(gradients)[..., :count].transpose(3, 2, 0, 1))
-    half = (at_points @ right).reshape(count, points * 3, 6 * nodes)
-    blocks = np.swapaxes(right.reshape(count, points * 3, nodes), 1, 2) @ half
-    blocks = blocks.reshape(count, nodes, 6, nodes)
-    entries = stiffness.reshape(count, nodes, 3, nodes, 3)
-    for number, (i, k) in enumerate(BLOCKS):
-        entries[:, :, i, :, k] = blocks[:, :, number]
-        if i != k:
-            entries[:, :, k, :, i] = np.swapaxes(blocks[:, :, number], 1, 2)
-
-
 def _by_element(values: Any) -> Float[np.ndarray, "elements ..."]:
     """Values of nodes (…, node, 3, element) as (element, …, 3 node + i)."""
     values = np.moveaxis(np.asarray(values), -1, 0)
     return values.reshape(*values.shape[:-2], -1)
+
+
+def _matrices(values: Any) -> Float[np.ndarray, "elements dofs dofs"]:
+    """Matrices of nodes (node, 3, node, 3, element) as (element, 3 node + i, 3 node + k)."""
+    dofs = values.shape[0] * 3
+    return np.asarray(values).reshape(dofs * dofs, -1).T.reshape(-1, dofs, dofs)
 
 
 def _pressure_modes(

@@ -5,9 +5,9 @@ coarse level, 3, 12 and 48 mm long. All three evaluate stress and tangent of the
 dilatation at the same positions and put the stiffness into a sparse matrix: felupe with its own
 `SolidBodyNearlyIncompressible` and Ogden solid; scikit-fem with our tangent at the Gauss points, so that only
 its loops over pairs of basis functions are its own, and without the dilatation's rank-one term, which a
-bilinear form does not express. Each runs in a process of its own, for its peak memory. The Newton step,
-linearisation and factorisation, is that of actuators of 15, 30 and 60 mm. Medians; threads as
-``OMP_NUM_THREADS`` says.
+bilinear form does not express. Each runs in a process of its own, for its peak memory, which keeps the memory
+of its arrays, as our programs do. The Newton step, linearisation and factorisation, is that of actuators of
+15, 30 and 60 mm. Medians of warm calls; threads as ``OMP_NUM_THREADS`` says.
 """
 
 import argparse
@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 import skfem
 
-from fem_reference import LEVELS, Actuator, ActuatorGeometry, ActuatorLoad, Ogden
+from fem_reference import LEVELS, Actuator, ActuatorGeometry, ActuatorLoad, Ogden, keep_memory
 from fem_reference.assembly import SparsePattern
 from fem_reference.mesh import BodyMesh, body_mesh
 from fem_reference.solid import SolidElements
@@ -36,8 +36,7 @@ REPEATS = {"ours": 5, "felupe": 3, "scikit-fem": 1}
 
 def median_seconds(function: Callable[[], object], repeats: int) -> float:
     """Median time of a call; the first one, which fills caches, is left out."""
-    if repeats > 1:
-        function()
+    function()
     times = []
     for _ in range(repeats):
         start = time.perf_counter()
@@ -117,6 +116,7 @@ CODES = {"ours": ours, "felupe": felupes, "scikit-fem": bilinear}
 
 def one(code: str, length: float) -> dict[str, float]:
     """Time of one assembly and peak memory of this process [MiB]."""
+    keep_memory()
     mesh = body_mesh(ActuatorGeometry(), 1e-3 * length, LEVELS["coarse"])
     seconds = median_seconds(CODES[code](mesh), REPEATS[code])
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0

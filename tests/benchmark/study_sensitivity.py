@@ -1,16 +1,17 @@
 """What the bending angle depends on: the same pressures under other assumptions, cell and actuator.
 
 Run as ``python -m tests.benchmark.study_sensitivity [cell] [mesh] [actuator]``; it prints the tables of
-docs/actuator.md, row by row. Chamber 1 alone. The cell is that of the coarse mesh, or of others where that
-changes; the actuator has a thinner one, of 3 600 hexahedra, on which the changes are taken, not the
-angles. An asterisk: walls have snapped since the pressure before.
+docs/actuator.md and docs/paper.md, row by row, at ``--pressures-kpa``. Chamber 1 alone. The cell is that of
+the coarse mesh, or of others where that changes; the actuator has a thinner one, of 3 600 hexahedra, on which
+the changes are taken, not the angles. An asterisk: walls have snapped since the pressure before.
 """
 
 import argparse
 import dataclasses
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -31,6 +32,7 @@ from fem_reference import (
 THIN = MeshLevel(4, 8, 2, 4, 1, 1, 1, 1.0)
 PRESSURES_KPA = (20.0, 40.0, 60.0, 70.0)
 Found = tuple[float, bool]  # angle [deg], and whether walls have snapped on the way to it
+Angles = Callable[[Sequence[float]], Iterator[Found]]  # at pressures [kPa]
 
 
 def assumptions() -> Iterator[tuple[str, dict]]:
@@ -46,28 +48,28 @@ def assumptions() -> Iterator[tuple[str, dict]]:
     yield "thread coupled on its axis", {"thread": Thread(coupling="axis")}
 
 
-def of_cell() -> Iterator[tuple[str, Iterator[Found]]]:
+def of_cell() -> Iterator[tuple[str, Angles]]:
     """Rows of the cell's table."""
     for name, changes in assumptions():
-        yield name, cell_angles(**changes)
-    yield "silicone that slides as the ends let it", cell_angles(end_compliance=END_COMPLIANCE)
-    yield "walls that pass through each other", cell_angles(touching=False)
+        yield name, partial(cell_angles, **changes)
+    yield "silicone that slides as the ends let it", partial(cell_angles, end_compliance=END_COMPLIANCE)
+    yield "walls that pass through each other", partial(cell_angles, touching=False)
 
 
-def of_mesh() -> Iterator[tuple[str, Iterator[Found]]]:
+def of_mesh() -> Iterator[tuple[str, Angles]]:
     """Rows of the table of meshes."""
     for level in ("coarse", "medium", "paper"):
-        yield level, cell_angles(level=level)
+        yield level, partial(cell_angles, level=level)
 
 
-def of_actuator() -> Iterator[tuple[str, Iterator[Found]]]:
+def of_actuator() -> Iterator[tuple[str, Angles]]:
     """Rows of the actuator's table: first the interface with the rod, which only it has."""
-    yield "default", actuator_angles()
-    yield "cavity bonded to the rod at the outer face only", actuator_angles(bonded="tip")
-    yield "cavity bonded to the rod all along", actuator_angles(bonded="all")
+    yield "default", actuator_angles
+    yield "cavity bonded to the rod at the outer face only", partial(actuator_angles, bonded="tip")
+    yield "cavity bonded to the rod all along", partial(actuator_angles, bonded="all")
     for name, changes in assumptions():
         if changes:
-            yield name, actuator_angles(**changes)
+            yield name, partial(actuator_angles, **changes)
 
 
 TABLES = {"cell": of_cell, "mesh": of_mesh, "actuator": of_actuator}
@@ -90,28 +92,28 @@ class PassingWalls:
         return 1.0
 
 
-def cell_angles(touching: bool = True, **changes: object) -> Iterator[Found]:
+def cell_angles(pressures_kpa: Sequence[float], touching: bool = True, **changes: object) -> Iterator[Found]:
     """Angle over 60 mm at each pressure."""
     cell = PeriodCell(**changes)
     if not touching:
         cell.equations.walls = PassingWalls()
-    for state in follow(cell, [Load((1e3 * p, 0.0, 0.0)) for p in PRESSURES_KPA]):
+    for state in follow(cell, [Load((1e3 * p, 0.0, 0.0)) for p in pressures_kpa]):
         yield math.degrees(60e-3 * math.hypot(*state.curvature[:2])), state.jumped
 
 
-def actuator_angles(**changes: object) -> Iterator[Found]:
+def actuator_angles(pressures_kpa: Sequence[float], **changes: object) -> Iterator[Found]:
     """Angle of the tip at each pressure."""
     actuator = Actuator(level=THIN, **changes)
-    for state in actuator.follow([ActuatorLoad((1e3 * p, 0.0, 0.0)) for p in PRESSURES_KPA]):
+    for state in actuator.follow([ActuatorLoad((1e3 * p, 0.0, 0.0)) for p in pressures_kpa]):
         yield math.degrees(state.bending_angle), state.settled.jumped
 
 
-def row(name: str, angles: Iterator[Found], reference: list[Found]) -> list[Found]:
+def row(name: str, angles: Angles, pressures_kpa: Sequence[float], reference: list[Found]) -> list[Found]:
     """Print angles, or their changes against the reference's, with the time that they took."""
     start, found = time.perf_counter(), []
     failure = ""
     try:
-        found.extend(angles)
+        found.extend(angles(pressures_kpa))
     except (ActuatorError, CellError) as error:
         failure = f" ({error})"
     cells = []
@@ -120,7 +122,7 @@ def row(name: str, angles: Iterator[Found], reference: list[Found]) -> list[Foun
         if reference:
             told = f"{angle - base:+.2f}° ({100.0 * (angle / base - 1.0):+.2f} %)"
         cells.append(told + ("*" if jumped else ""))
-    cells += ["not reached"] * (len(PRESSURES_KPA) - len(cells))
+    cells += ["not reached"] * (len(pressures_kpa) - len(cells))
     print(
         "| " + " | ".join([name + failure, *cells, f"{time.perf_counter() - start:.0f} s"]) + " |", flush=True
     )
@@ -131,13 +133,15 @@ def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("tables", nargs="*", metavar="TABLE", help=f"of {', '.join(TABLES)} (default: all)")
+    parser.add_argument("--pressures-kpa", nargs="+", type=float, default=PRESSURES_KPA, metavar="P")
     options = parser.parse_args()
+    pressures = options.pressures_kpa
     for table in options.tables or TABLES:
-        print(f"| {table} | " + " | ".join(f"{p:g} kPa" for p in PRESSURES_KPA) + " | time |")
-        print("|---" * (len(PRESSURES_KPA) + 2) + "|", flush=True)
+        print(f"| {table} | " + " | ".join(f"{p:g} kPa" for p in pressures) + " | time |")
+        print("|---" * (len(pressures) + 2) + "|", flush=True)
         reference: list[Found] = []
         for name, angles in TABLES[table]():
-            found = row(name, angles, reference)
+            found = row(name, angles, pressures, reference)
             reference = reference or found
 
 

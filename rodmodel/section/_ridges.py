@@ -212,33 +212,19 @@ def ridge_slope(z: Any) -> Any:
     return (1.0 + z * z) ** -2
 
 
-@jax.custom_jvp
 @jax.jit
 def weighted_sum(factors: Float[Array, " ridges"], rows: Float[Array, "ridges n"]) -> Float[Array, " n"]:
     """Sum Σ f_j rows_j.
 
     Written out, as the compiler then works on n numbers at a time, which it does in no sum of its own. Also
     for it to be in a kernel under `jax.vmap`, where a product of a matrix becomes one of two, which cannot.
-    Derivatives are products of matrices: of what is written out they would take minutes to compile.
+    Split and not indexed: the reverse of that are as many additions of arrays, which take minutes to compile.
     """
-    terms = [factors[j] * rows[j] for j in range(rows.shape[0])]
+    ones = [1] * rows.shape[0]
+    split = zip(jax.lax.split(factors, ones), jax.lax.split(rows, ones), strict=True)
+    terms = [factor[0] * row[0] for factor, row in split]
     parts = [functools.reduce(operator.add, terms[k::_PARTS]) for k in range(min(_PARTS, len(terms)))]
     return functools.reduce(operator.add, parts)
-
-
-def _weighted_sum_jvp(primals: tuple[Any, Any], tangents: tuple[Any, Any]) -> tuple[Array, Array]:
-    """What does not change takes no part in it."""
-    (factors, rows), (more, moved) = primals, tangents
-    total = weighted_sum(factors, rows)
-    change = jnp.zeros_like(total)
-    if not isinstance(more, SymbolicZero):
-        change = change + more @ rows
-    if not isinstance(moved, SymbolicZero):
-        change = change + factors @ moved
-    return total, change
-
-
-weighted_sum.defjvp(_weighted_sum_jvp, symbolic_zeros=True)
 
 
 def turned_rows(rows: Any, axes: Any) -> Any:

@@ -59,11 +59,8 @@ def response(
     pressure : π_j of the tangent's geometric part; κ ϑ_j where none is given.
     """
     force, volume_gradient, turned, tangent = _at_points(chunk, moduli, bulk_modulus, local, pressure)
-    return (
-        force,
-        volume_gradient,
-        _condensed(chunk, bulk_modulus, volume_gradient, _integrated(turned, tangent)),
-    )
+    blocks = _integrated(turned, tangent)
+    return force, volume_gradient, _condensed(chunk, bulk_modulus, volume_gradient, blocks)
 
 
 # Compiled apart, here and below: in one piece XLA works out anew, for every use, what the next one reads.

@@ -22,7 +22,6 @@ _MOST = 60
 
 _FIRST, _SECOND = np.transpose(PAIRS)
 _INDICES = np.transpose(TRIPLES)
-_PARTS = 4  # of a long sum, which do not wait for each other
 
 
 @final
@@ -216,15 +215,16 @@ def ridge_slope(z: Any) -> Any:
 def weighted_sum(factors: Float[Array, " ridges"], rows: Float[Array, "ridges n"]) -> Float[Array, " n"]:
     """Sum Σ f_j rows_j.
 
-    Written out, as the compiler then works on n numbers at a time, which it does in no sum of its own. Also
-    for it to be in a kernel under `jax.vmap`, where a product of a matrix becomes one of two, which cannot.
-    Split and not indexed: the reverse of that are as many additions of arrays, which take minutes to compile.
+    By halves: the compiler works on n numbers or more at a time, which it does in no sum of its own, and there
+    are few operations to compile, here and in what is differentiated. Also for it to be in a kernel under
+    `jax.vmap`, where a product of a matrix becomes one of two, which cannot.
     """
-    ones = [1] * rows.shape[0]
-    split = zip(jax.lax.split(factors, ones), jax.lax.split(rows, ones), strict=True)
-    terms = [factor[0] * row[0] for factor, row in split]
-    parts = [functools.reduce(operator.add, terms[k::_PARTS]) for k in range(min(_PARTS, len(terms)))]
-    return functools.reduce(operator.add, parts)
+    terms, left = factors[:, None] * rows, []
+    while terms.shape[0] > 1:
+        half, odd = divmod(terms.shape[0], 2)
+        first, second, *last = jax.lax.split(terms, [half, half] + [1] * odd)
+        terms, left = first + second, left + last
+    return functools.reduce(operator.add, [terms, *left])[0]
 
 
 def turned_rows(rows: Any, axes: Any) -> Any:

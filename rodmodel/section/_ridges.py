@@ -215,8 +215,8 @@ def ridge_slope(z: Any) -> Any:
 def weighted_sum(factors: Float[Array, " ridges"], rows: Float[Array, "ridges n"]) -> Float[Array, " n"]:
     """Sum Σ f_j rows_j.
 
-    By halves: the compiler works on n numbers or more at a time, which it does in no sum of its own, and there
-    are few operations to compile, here and in what is differentiated. Also for it to be in a kernel under
+    By halves: the compiler works on n numbers at a time or more, which it does in no sum of its own, and has
+    few operations to compile, here and in what is differentiated. Also for it to be in a kernel under
     `jax.vmap`, where a product of a matrix becomes one of two, which cannot.
     """
     terms, left = factors[:, None] * rows, []

@@ -76,7 +76,7 @@ def test_sections_lean_as_the_documentation_says(truth: xr.Dataset) -> None:
 def test_the_rod_is_as_near_as_the_documentation_says(verdict: Verdict) -> None:
     """Bounds of the issue's own: the rod of ψ = 0 against runs that nothing was fitted to."""
     fit, judge = (judgement(verdict, role) for role in ("fit", "judge"))
-    assert judge["judged"] >= 61
+    assert judge["judged"] >= 60
     assert fit["judged"] == fit["states"]
     assert judge["tip_percent"]["median"] <= 0.7
     assert judge["tip_percent"]["worst"] <= 2.0
@@ -91,8 +91,8 @@ def test_the_rod_is_as_near_as_the_documentation_says(verdict: Verdict) -> None:
     stiffer = 1.0 - (1.0 - actuator.base_lag / whole) ** 3
     assert judge["response_percent"]["worst"] <= 50.0 * stiffer
     # Figures of docs/calibration.md.
-    assert judge["tip_percent"]["worst"] == pytest.approx(1.91, abs=0.05)
-    assert fit["tip_percent"]["median"] == pytest.approx(0.35, abs=0.05)
+    assert judge["tip_percent"]["worst"] == pytest.approx(1.09, abs=0.05)
+    assert fit["tip_percent"]["median"] == pytest.approx(0.34, abs=0.05)
 
 
 def test_the_stated_bound_covers_nine_states_in_ten(verdict: Verdict) -> None:

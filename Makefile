@@ -55,7 +55,8 @@ $(PEERS): $(STAMP)
 # A file's tests stay together: what one of them has compiled serves the next.
 PYTEST := $(BIN)/python -m pytest -n $(JOBS) --dist loadfile --durations 20
 
-test: lint docs
+test: setup
+	@$(MAKE) --no-print-directory --jobs $(JOBS) --output-sync=target lint docs
 	$(PYTEST)
 
 test-slow: setup

@@ -219,7 +219,8 @@ def weighted_sum(factors: Float[Array, " ridges"], rows: Float[Array, "ridges n"
     few operations to compile, here and in what is differentiated. Also for it to be in a kernel under
     `jax.vmap`, where a product of a matrix becomes one of two, which cannot.
     """
-    terms, left = factors[:, None] * rows, []
+    terms = factors[:, None] * rows
+    left: list[Array] = []
     while terms.shape[0] > 1:
         half, odd = divmod(terms.shape[0], 2)
         first, second, *last = jax.lax.split(terms, [half, half] + [1] * odd)

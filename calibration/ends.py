@@ -89,7 +89,7 @@ def fit_compliance(truth: xr.Dataset, body_length: float, trial: float) -> Compl
 
     Parameters
     ----------
-    truth : of `gather`.
+    truth : runs of one winding.
     body_length : of the actuator [m].
     trial : compliance at which the cell is computed, besides at none [m/N].
 
@@ -141,7 +141,7 @@ def fit_ends(truth: xr.Dataset, body_length: float, cap_length: float, complianc
 
     Parameters
     ----------
-    truth : of `gather`.
+    truth : runs of one winding.
     body_length, cap_length : of the actuator [m].
     compliance : of the ends, in the cell [m/N].
 

@@ -1,8 +1,9 @@
 """The runs of the full actuator that rods are compared with, and which of them a fit may see.
 
 Roles were given before anything was fitted: ``fit`` runs calibrate the end zones, ``judge`` runs judge the
-rod. No load of one role is a load of the other. Some came later, as fit runs, after the judge runs had shown
-where the rod errs most: the pair 2+3, two unequal pairs and six triples.
+rod. No load of one role is a load of the other on the same winding. Some came later, as fit runs, after the
+judge runs had shown where the rod errs most: the pair 2+3, two unequal pairs and six triples, and two runs at
+a pitch of 6 mm.
 """
 
 import math
@@ -89,6 +90,12 @@ def cases() -> tuple[TruthCase, ...]:
         winding = layout("double-helix", math.radians(psi))
         for k, way in enumerate(_EACH, start=1):
             named.append((f"psi{psi:g}-chamber{k}", "judge", winding, _ramp(way, (15, 30, 45))))
+    wide = layout("double-helix", 0.0, 6e-3)
+    named += [
+        # The ends that hold a pitch of 3 mm hold one of 6 mm too much.
+        ("pitch6-chamber2-fit", "fit", wide, _ramp((0.0, 1.0, 0.0), (10, 20, 30, 40, 50))),
+        ("pitch6-pair12-fit", "fit", wide, _ramp((1.0, 1.0, 0.0), (10, 20, 30, 40))),
+    ]
     for pitch in (2e-3, 4e-3, 6e-3):
         winding = layout("double-helix", 0.0, pitch)
         named.append(

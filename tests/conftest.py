@@ -1,5 +1,6 @@
 """What every test runs under: double precision, one thread a process, no display, shapes checked."""
 
+import gc
 import os
 from pathlib import Path
 
@@ -29,6 +30,10 @@ jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.3)
 # The hook acts on modules imported after it, so nothing here or in a plugin may import these earlier.
 jaxtyping.install_import_hook(["rodmodel", "fem_reference", "calibration"], "beartype.beartype")
 
+# Tracing makes objects by the million, few of them garbage in cycles: looked for after every 700 of them, as
+# Python does by itself, that garbage takes longer to find than it is worth. Each module's goes at its end.
+gc.set_threshold(100_000, 20, 20)
+
 # The same examples on every run, and no limit on the time of one: a first call compiles.
 settings.register_profile("rodmodel", deadline=None, derandomize=True)
 settings.load_profile("rodmodel")
@@ -39,6 +44,7 @@ def forget_what_was_compiled():
     """No module's functions outlive it: they fill the memory, and slow down what looks through it."""
     yield
     jax.clear_caches()
+    gc.collect()
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from calibration.cli import _fit_measured, _judge, _report, _truth
+from calibration.cli import _ends, _fit_measured, _judge, _report, _truth
 from calibration.cli._arguments import (
     BAD_INPUT,
     GOOD,
@@ -288,8 +288,8 @@ def _parser() -> argparse.ArgumentParser:
     fit.set_defaults(command=_fit)
 
     report, measured = _report.add_to(commands), _fit_measured.add_to(commands)
-    truth = _truth.add_to(commands)
-    for command in (run, fit, report, measured, truth, *_judge.add_to(commands)):
+    truth, ends, judge = _truth.add_to(commands), _ends.add_to(commands), _judge.add_to(commands)
+    for command in (run, fit, report, measured, truth, ends, judge):
         command.add_argument("--json", action="store_true", help="one JSON object on stdout")
     return parser
 

@@ -1,6 +1,7 @@
 """Ends from truth, and the rod judged by it: what is put in comes out; what is out of reach is left."""
 
 import json
+from dataclasses import replace
 
 import jax.numpy as jnp
 import numpy as np
@@ -10,6 +11,7 @@ import xarray as xr
 import rodmodel
 from calibration import ends
 from calibration.cli import main
+from calibration.ends_runs import PAPER, runs_for
 from calibration.judge import compare_with_truth, judgement
 from calibration.samples import on_loading_branch
 from calibration.truth import TruthError, free_states
@@ -275,6 +277,31 @@ def test_the_command_writes_the_ends_into_files(known_cell, tmp_path, capsys):
     assert written.provenance["ends"]["states"] == 5
     assert written.provenance["ends"]["compliance_m_per_n"] == 0.0
     assert written.layout == Layout("double-helix", 0.0, 3e-3)
+
+
+def test_a_winding_with_fit_runs_has_ends_of_its_own(known_cell, tmp_path, capsys):
+    """Those of its runs, and the other windings those of the paper's: here chambers keep half as much."""
+    wide = truth_of(
+        volume=(("state", "chamber"), BODY * VOLUME[1:] - 0.5 * HELD * (VOLUME[1:] - VOLUME[0])),
+        case=(("state",), np.array(["pitch6-chamber2-fit"] * 5, dtype=object)),
+    )
+    judge = truth_of(role="judge", case=(("state",), np.array(["pitch4-chamber1"] * 5, dtype=object)))
+    truth = xr.concat([truth_of(), wide, judge], "state")
+    pitches = {3e-3: HELD, 4e-3: HELD, 6e-3: 0.5 * HELD}
+    files = [tmp_path / f"pitch{1e3 * pitch:g}.json" for pitch in pitches]
+    truth.to_netcdf(tmp_path / "truth.nc", engine="h5netcdf")
+    for pitch, file in zip(pitches, files, strict=True):
+        made = replace(synthetic.calibration(), layout=Layout("double-helix", 0.0, pitch))
+        rodmodel.save_calibration(made, file)
+    assert main(["ends", str(tmp_path / "truth.nc"), *map(str, files), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)["ends"]
+    assert [note["winding"]["pitch"] for note in told] == [3e-3, 6e-3]
+    for held, file in zip(pitches.values(), files, strict=True):
+        written = rodmodel.read_calibration(file)
+        assert written.actuator.held_length == pytest.approx(held, rel=1e-6)
+        assert written.provenance["ends"]["values"]["held_length"] == written.actuator.held_length
+    anywhere = Layout("double-helix", None, 6e-3)
+    assert runs_for(truth, anywhere)[0] == PAPER == runs_for(truth, Layout("ring", 0.0, 6e-3))[0]
 
 
 def test_a_truth_that_cannot_be_read_is_told(tmp_path, capsys):

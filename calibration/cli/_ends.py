@@ -1,0 +1,145 @@
+"""`rodmodel-calibrate ends`: what the ends do, from the full actuator, written into calibration files."""
+
+import argparse
+import json
+import math
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from calibration.cli._arguments import GOOD, BadInputError, Parser, not_negative
+from calibration.cli._files import read_calibration_file, read_truth
+
+if TYPE_CHECKING:
+    from calibration.ends import Compliance, Ends
+    from rodmodel import Calibration, Layout
+
+_ENDS = {
+    "base_turn": ("turn of the base", "mrad/kPa", 1e6),
+    "base_lag": ("less the turn of", "mm", 1e3),
+    "stiff_tip": ("stiff tip", "mm", 1e3),
+    "tip_offset": ("cap aside, at most", "mm", 1e3),
+    "tip_offset_curvature": ("at about a curvature of", "1/m", 1.0),
+    "held_length": ("chambers held over", "mm", 1e3),
+}
+
+
+def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
+    """Add the command."""
+    ends = commands.add_parser(
+        "ends", help="fit what the ends do to the fit runs of the truth, and write it into files"
+    )
+    ends.add_argument("truth", help="netCDF file that `truth --gather` wrote")
+    ends.add_argument(
+        "files",
+        nargs="*",
+        metavar="FILE",
+        help="calibration files to write them into: of their own winding's runs, or else of the paper's",
+    )
+    ends.add_argument(
+        "--end-compliance-mm-per-n",
+        type=not_negative,
+        default=None,
+        metavar="C",
+        help="of the cell in the middle (default: as in `run`)",
+    )
+    ends.set_defaults(command=_ends)
+    return ends
+
+
+def _ends(options: argparse.Namespace, command: str) -> int:
+    from calibration.ends import fit_compliance, fit_ends, fit_shear
+    from calibration.ends_runs import PAPER, runs_for
+    from calibration.provenance import code_version, sha256, today
+    from calibration.run import END_COMPLIANCE
+    from calibration.truth import TruthError
+    from fem_reference import ActuatorGeometry
+
+    truth, geometry = read_truth(options.truth), ActuatorGeometry()
+    told = options.end_compliance_mm_per_n
+    compliance = END_COMPLIANCE if told is None else 1e-3 * told
+    calibrations = {file: read_calibration_file(file) for file in options.files}
+    try:
+        shear = fit_shear(truth)
+        asked = dict.fromkeys(runs_for(truth, c.layout)[0] for c in calibrations.values()) or [PAPER]
+        fitted: dict[Layout, tuple[Compliance, Ends]] = {}
+        for winding in asked:
+            runs = runs_for(truth, winding)[1]
+            found = fit_compliance(runs, geometry.body_length, compliance or END_COMPLIANCE)
+            fitted[winding] = found, fit_ends(runs, geometry.body_length, geometry.cap_length, compliance)
+    except (ValueError, TruthError) as error:
+        raise BadInputError(str(error)) from error
+    notes = {
+        winding: {
+            "command": command,
+            "code_version": code_version(),
+            "date": today(),
+            "truth_sha256": sha256(Path(options.truth)),
+            "winding": asdict(winding),
+            "compliance_m_per_n": compliance,
+            "fitted_compliance": asdict(found),
+            "shear_compliance_per_n": shear,
+            **asdict(ends),
+        }
+        for winding, (found, ends) in fitted.items()
+    }
+    for file, calibration in calibrations.items():
+        winding = runs_for(truth, calibration.layout)[0]
+        _write_ends(file, calibration, fitted[winding][1], shear, notes[winding])
+    if options.json:
+        print(json.dumps({"ends": list(notes.values())}))
+        return GOOD
+    for winding, (found, ends) in fitted.items():
+        _tell_ends(winding, found, ends, shear, compliance)
+    return GOOD
+
+
+def _write_ends(
+    file: str,
+    calibration: "Calibration",
+    ends: "Ends",
+    shear: tuple[float, float] | None,
+    note: dict[str, Any],
+) -> None:
+    from rodmodel import save_calibration
+
+    leaning = {} if shear is None else {"shear_compliance": shear[0]}
+    actuator = replace(calibration.actuator, **ends.values, **leaning)
+    provenance = {**calibration.provenance, "ends": note}
+    left_out = {"median": ends.angle_median, "p90": ends.angle_p90, "worst": ends.angle_worst}
+    errors = {**calibration.error, "actuator_angle_rad": left_out}
+    save_calibration(replace(calibration, actuator=actuator, error=errors, provenance=provenance), file)
+
+
+def _tell_ends(
+    winding: "Layout",
+    found: "Compliance",
+    ends: "Ends",
+    shear: tuple[float, float] | None,
+    compliance: float,
+) -> None:
+    psi = math.degrees(winding.psi or 0.0)
+    print(f"fit runs of {winding.name}, pitch {1e3 * winding.pitch:g} mm, psi {psi:g} deg:")
+    print(
+        f"ends give by {1e3 * found.value:.3f} ± {1e3 * found.standard_error:.3f} mm/N, from {found.states} "
+        f"states: the middle's angle over a body is off by {math.degrees(found.after):.2f} deg (root mean "
+        f"square), with ends that hold by {math.degrees(found.before):.2f} deg"
+    )
+    print(f"with {1e3 * compliance:g} mm/N in the cell:")
+    for name, (title, unit, factor) in _ENDS.items():
+        value, spread = factor * ends.values[name], factor * ends.standard_errors[name]
+        print(f"  {title:24s} {value:8.3f} ± {spread:.3f} {unit}")
+    if shear is not None:
+        print(f"under a force sections lean by {shear[0]:.3f} ± {shear[1]:.3f} rad/N")
+    print(
+        f"the tip is off by {1e3 * ends.after:.2f} mm and {math.degrees(ends.turn_after):.2f} deg (root mean "
+        f"square), without them by {1e3 * ends.before:.2f} mm and {math.degrees(ends.turn_before):.2f} deg"
+    )
+    print(
+        f"a chamber's volume is off by {1e9 * ends.volume_after:.0f} mm3 (root mean square), without what "
+        f"the ends hold by {1e9 * ends.volume_before:.0f} mm3"
+    )
+    print(
+        f"angle on runs left out in turn: median {math.degrees(ends.angle_median):.2f}, 90 % within "
+        f"{math.degrees(ends.angle_p90):.2f}, worst {math.degrees(ends.angle_worst):.2f} deg"
+    )

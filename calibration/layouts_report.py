@@ -64,15 +64,15 @@ def report_map(calibration: Calibration, datasets: Mapping[str, Path], figures: 
     return MapReport(calibration, error, recomputed=True)
 
 
-def report_rods(verdict: Verdict) -> dict[str, dict[str, Any]]:
-    """Figures of the judge runs for each winding that has a rod, by its title, and ``all`` of them."""
+def report_rods(verdict: Verdict, role: str = "judge") -> dict[str, dict[str, Any]]:
+    """Figures of a role's runs for each winding that has a rod, by its title, and ``all`` of them."""
     titles = {name: title(layout_of(case_of(name).winding)) for name in dict.fromkeys(verdict.case)}
     found = {}
     for winding in dict.fromkeys(titles.values()):
-        figures = judgement(verdict, "judge", [name for name in titles if titles[name] == winding])
+        figures = judgement(verdict, role, [name for name in titles if titles[name] == winding])
         if figures["judged"]:
             found[winding] = figures
-    return {**found, "all": judgement(verdict, "judge")}
+    return {**found, "all": judgement(verdict, role)}
 
 
 def title(layout: Layout) -> str:

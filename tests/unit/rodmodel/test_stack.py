@@ -84,6 +84,7 @@ def test_one_bad_row_spoils_no_neighbour(rods: list[Rod]) -> None:
     np.testing.assert_allclose(found.tip_position[2], alone.tip_position, rtol=0, atol=1e-10)
 
 
+@pytest.mark.slow
 def test_jacobians_of_a_stack_are_those_of_its_rods(rods: list[Rod]) -> None:
     some, solver = [rods[1], rods[3]], FixedStep()
     stacked = rodmodel.stack(some)
@@ -95,6 +96,7 @@ def test_jacobians_of_a_stack_are_those_of_its_rods(rods: list[Rod]) -> None:
             np.testing.assert_allclose(there[k], here, rtol=0, atol=1e-8 * size)
 
 
+@pytest.mark.slow
 def test_inverse_under_vmap_over_rods(rods: list[Rod]) -> None:
     some = [rods[0], rods[3]]
     targets = jnp.stack([rod.solve(jnp.array([15e3, 10e3, 0.0])).tip_position for rod in some])

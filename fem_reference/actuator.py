@@ -116,6 +116,7 @@ class Actuator:
     density : of silicone and rod, for gravity [kg/m³].
     bonded : where the cavity is bonded to the rod: in the ``cap``, as in the paper; at the ``tip``, its outer
         face, only; or ``all`` along. Elsewhere it slides without friction and may leave the rod.
+    cap_wound : whether the thread goes on over the cap.
     solver : linear solver; by default MKL PARDISO where it is installed.
 
     Raises
@@ -133,6 +134,7 @@ class Actuator:
         thread: Thread | None = None,
         density: float = DENSITY,
         bonded: str = "cap",
+        cap_wound: bool = False,
         solver: SymmetricSolver | None = None,
     ) -> None:
         if not (np.isfinite(density) and density > 0.0):
@@ -147,6 +149,7 @@ class Actuator:
             level=level if isinstance(level, MeshLevel) else mesh_level(level),
             density=density,
             bonded=bonded,
+            cap_wound=cap_wound,
         )
         self.equations = ActuatorEquations(self.model)
         self._problem = ActuatorProblem(self.equations)

@@ -27,6 +27,7 @@ from fem_reference.rod_axis import RodAxis, SplineBasis
 from fem_reference.section import CAVITY, CHAMBERS, MILLIMETRE, MeshLevel
 from fem_reference.solid import SolidElements
 from fem_reference.thread import ThreadSegments
+from fem_reference.thread_bending import ThreadBending
 from fem_reference.tip_load import TipFace
 from fem_reference.viscous_solid import ViscousSolid
 from fem_reference.wall_contact import WallContact
@@ -87,6 +88,7 @@ class ActuatorModel:
     density : of silicone and rod [kg/m³].
     bonded : where the cavity is bonded to the rod: ``cap`` (its whole length), ``tip`` (the outer face only)
         or ``all``.
+    cap_wound : whether the thread goes on over the cap.
     """
 
     geometry: ActuatorGeometry
@@ -96,6 +98,7 @@ class ActuatorModel:
     level: MeshLevel
     density: float
     bonded: str
+    cap_wound: bool = False
 
 
 class ActuatorEquations:
@@ -117,9 +120,14 @@ class ActuatorEquations:
             model.winding,
             model.thread,
             geometry.winding_diameter / 2.0,
-            geometry.body_length,
+            geometry.body_length + (geometry.cap_length if model.cap_wound else 0.0),
             model.level.around,
         )
+        #: What resists the thread's bending, if anything.
+        self.joints: list[ThreadBending] = []
+        if model.thread.bends:
+            stiffness = 1e6 * model.thread.bending_stiffness
+            self.joints = [ThreadBending(self.thread, self.mesh.points, stiffness)]
         self.chambers = [Chamber(self.mesh, name) for name in CHAMBERS]
         radius = geometry.cavity_diameter / 2.0 * MILLIMETRE
         self.body_length = geometry.body_length * MILLIMETRE
@@ -142,7 +150,9 @@ class ActuatorEquations:
         self.size = len(self.free)
         self._bending = self._bending_entries()
         groups = [self._dofs(c) for c in self._connectivities()]
-        groups[THREAD] = np.where(self.thread.padding.repeat(3, axis=1), -1, groups[THREAD])
+        paddings = [self.thread.padding, *(joints.padding for joints in self.joints)]
+        for number, padding in enumerate(paddings, start=THREAD):
+            groups[number] = np.where(padding.repeat(3, axis=1), -1, groups[number])
         self.pattern = SparsePattern(self.size, groups, self._bending[:2])
 
     def _axis_contact(self, radius: float, length: float, bonded: str) -> AxisContact:
@@ -183,6 +193,7 @@ class ActuatorEquations:
         return [
             self.solid.connectivity,
             self.thread.connectivity,
+            *(joints.connectivity for joints in self.joints),
             *(patch.connectivity for c in self.chambers for patch in c.patches),
             self.nodes + self.axis.connectivity,
             self.contact.connectivity,
@@ -210,6 +221,7 @@ class ActuatorEquations:
         return (
             self.solid.energy(x)
             + self.thread.energy(x)
+            + sum(joints.energy(x) for joints in self.joints)
             + self.axis.energy(x[self.nodes :])
             + self.contact.energy(x)
             + self.walls.energy(x)
@@ -244,7 +256,7 @@ class ActuatorEquations:
         thread = self.thread.response(x, None if exact else at.segment_tension)
         axis = self.axis.response(controls, self.axis.tension(controls) if exact else at.axis_tension)
         walls = self.walls.response(x)
-        parts = [solid[:2], thread[:2]]
+        parts = [solid[:2], thread[:2], *(joints.response(x) for joints in self.joints)]
         for p, chamber in zip(target.pressure, self.chambers, strict=True):
             parts += [(-p * patch.gradient(x), -p * patch.hessian(x)) for patch in chamber.patches]
         parts += [axis[:2], self.contact.response(x)]
@@ -292,6 +304,7 @@ class ActuatorEquations:
         walls = self.walls.force(x)
         solid = self.solid.force(x)
         parts = [solid if viscous is None else solid + viscous.force(x), self.thread.force(x)]
+        parts += [joints.force(x) for joints in self.joints]
         for p, chamber in zip(target.pressure, self.chambers, strict=True):
             parts += [-p * patch.gradient(x) for patch in chamber.patches]
         parts += [self.axis.force(controls), self.contact.force(x)]

@@ -31,6 +31,7 @@ from fem_reference.screw import ScrewSeries, screw_series
 from fem_reference.section import CAVITY, CHAMBERS, MILLIMETRE, MeshLevel
 from fem_reference.solid import SolidElements
 from fem_reference.thread import ThreadSegments
+from fem_reference.thread_bending import ThreadBending
 from fem_reference.viscous_solid import ViscousSolid
 from fem_reference.wall_contact import WallContact
 from fem_reference.winding import Thread, Winding
@@ -77,6 +78,11 @@ class CellEquations:
         self.reach = 2.0 * self.period
         self.solid = SolidElements(self.mesh, material)
         self.thread = ThreadSegments(self.helical.continued, winding, thread, *cylinder)
+        #: What resists the thread's bending, if anything.
+        self.joints: list[ThreadBending] = []
+        if thread.bends:
+            at_rest, stiffness = self.helical.continued.points, 1e6 * thread.bending_stiffness
+            self.joints = [ThreadBending(self.thread, at_rest, stiffness, goes_on=True)]
         self.chambers = [Chamber(self.mesh, name) for name in CHAMBERS]
         self.walls = WallContact(self.mesh.points, np.concatenate([c.quads for c in self.chambers]))
         radius = geometry.cavity_diameter / 2.0 * MILLIMETRE
@@ -88,7 +94,9 @@ class CellEquations:
         self._gauge_entries = self._gauge_matrix_entries()
         self.size = 3 * self.helical.count + GAUGES
         groups = [self.helical.reduced_dofs(g) for g in self._connectivities()]
-        groups[THREAD] = np.where(self.thread.padding.repeat(3, axis=1), -1, groups[THREAD])
+        paddings = [self.thread.padding, *(joints.padding for joints in self.joints)]
+        for number, padding in enumerate(paddings, start=THREAD):
+            groups[number] = np.where(padding.repeat(3, axis=1), -1, groups[number])
         self.pattern = SparsePattern(self.size, groups, self._gauge_entries[:2])
 
     def _rod_contact(self, radius: float) -> RodContact:
@@ -126,6 +134,7 @@ class CellEquations:
         return [
             self.solid.connectivity,
             self.thread.connectivity,
+            *(joints.connectivity for joints in self.joints),
             *(patch.connectivity for c in self.chambers for patch in c.patches),
             self.rod.nodes[:, None],
         ]
@@ -161,6 +170,7 @@ class CellEquations:
         return (
             self.solid.energy(positions)
             + self.thread.energy(positions)
+            + sum(joints.energy(positions) for joints in self.joints)
             + self.rod.response(positions, series).energy
             + self.walls.energy(positions)
             + self.period * self._axial(at.strain)[0]
@@ -219,7 +229,7 @@ class CellEquations:
         rod = self.rod.response(x, series)
         walls = self.walls.response(x)
         volume_gradients = [[patch.gradient(x) for patch in chamber.patches] for chamber in self.chambers]
-        parts = [solid[:2], thread[:2]]
+        parts = [solid[:2], thread[:2], *(joints.response(x) for joints in self.joints)]
         for p, chamber, gradients in zip(pressure, self.chambers, volume_gradients, strict=True):
             for patch, gradient in zip(chamber.patches, gradients, strict=True):
                 parts.append((-p * gradient, -p * patch.hessian(x)))
@@ -286,6 +296,7 @@ class CellEquations:
         rod, walls = self.rod.response(x, series), self.walls.force(x)
         solid = self.solid.force(x)
         parts = [solid if viscous is None else solid + viscous.force(x), self.thread.force(x)]
+        parts += [joints.force(x) for joints in self.joints]
         for p, chamber in zip(pressure, self.chambers, strict=True):
             parts += [-p * patch.gradient(x) for patch in chamber.patches]
         parts.append(rod.node_force)

@@ -69,13 +69,14 @@ class ThreadSegments:
             pairs.append(np.column_stack([index[:-1], index[1:]]))
             self.polylines.append(index)
             count += len(points)
-        self._host = np.concatenate(hosts) if hosts else np.empty((0, 8), int)
-        self._weight = np.concatenate(weights) if weights else np.empty(self._host.shape)
+        #: Host nodes of every point, and their weights.
+        self.host = np.concatenate(hosts) if hosts else np.empty((0, 8), int)
+        self.weight = np.concatenate(weights) if weights else np.empty(self.host.shape)
         #: The two points of every segment.
         self.segments = ends = np.concatenate(pairs) if pairs else np.empty((0, 2), int)
         # x_b − x_a = Σ_c coefficient_c x_c over the host nodes of both ends.
-        self.connectivity = self._host[ends].reshape(len(ends), 2 * self._host.shape[1])
-        self._coefficient = np.concatenate([-self._weight[ends[:, 0]], self._weight[ends[:, 1]]], axis=1)
+        self.connectivity = self.host[ends].reshape(len(ends), 2 * self.host.shape[1])
+        self._coefficient = np.concatenate([-self.weight[ends[:, 0]], self.weight[ends[:, 1]]], axis=1)
         if thread.coupling == "circumference" and len(ends):
             self.connectivity, self._coefficient = merged(self.connectivity, self._coefficient)
         #: Host nodes of no weight, which fill up short rows of ``connectivity``.
@@ -87,7 +88,7 @@ class ThreadSegments:
 
     def points(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "points 3"]:
         """Current positions of the thread's points [mm], indexed by ``polylines``."""
-        return np.einsum("pa,pai->pi", self._weight, positions[self._host])
+        return np.einsum("pa,pai->pi", self.weight, positions[self.host])
 
     def _span(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "segments 3"]:
         return np.einsum("sc,sci->si", self._coefficient, positions[self.connectivity])

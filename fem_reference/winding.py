@@ -31,11 +31,13 @@ class Thread:
     radius : [m].
     coupling : what of the body a point of the thread moves with: the point on its ``axis``, or the mean over
         its ``circumference``, which converges under mesh refinement where the other does not.
+    bends : whether it resists bending, as a solid wire of its radius would; a yarn does hardly.
     """
 
     young_modulus: float = 31067e6
     radius: float = 0.0889e-3
     coupling: str = "circumference"
+    bends: bool = False
 
     def __post_init__(self) -> None:
         for name in ("young_modulus", "radius"):
@@ -54,6 +56,11 @@ class Thread:
     def axial_stiffness(self) -> float:
         """EA [N]."""
         return self.young_modulus * math.pi * self.radius**2
+
+    @property
+    def bending_stiffness(self) -> float:
+        """EI of a solid wire [N m²]."""
+        return self.young_modulus * math.pi * self.radius**4 / 4.0
 
 
 @dataclass(frozen=True)

@@ -46,6 +46,7 @@ def assumptions() -> Iterator[tuple[str, dict]]:
         bulky = dataclasses.replace(material, bulk_modulus=factor * material.bulk_modulus)
         yield f"bulk modulus times {factor:g}", {"material": bulky}
     yield "thread coupled on its axis", {"thread": Thread(coupling="axis")}
+    yield "thread that resists bending as a solid wire", {"thread": Thread(bends=True)}
 
 
 def of_cell() -> Iterator[tuple[str, Angles]]:
@@ -67,6 +68,7 @@ def of_actuator() -> Iterator[tuple[str, Angles]]:
     yield "default", actuator_angles
     yield "cavity bonded to the rod at the outer face only", partial(actuator_angles, bonded="tip")
     yield "cavity bonded to the rod all along", partial(actuator_angles, bonded="all")
+    yield "thread over the cap too", partial(actuator_angles, cap_wound=True)
     for name, changes in assumptions():
         if changes:
             yield name, partial(actuator_angles, **changes)

@@ -15,8 +15,9 @@ SHORT = ActuatorGeometry(body_length=9e-3, cap_length=3e-3)
 LOAD = ActuatorLoad((9e3, 4e3, 2e3), gravity=(1.0, 2.0, -9.81)).target()
 
 
-def model(bonded: str = "cap", level: MeshLevel = TINY) -> ActuatorModel:
-    return ActuatorModel(SHORT, Ogden(), DoubleHelix(), Thread(), level, 1070.0, bonded)
+def model(bonded: str = "cap", level: MeshLevel = TINY, wire: bool = False) -> ActuatorModel:
+    """With a thread that bends and goes on over the cap, if it is a wire."""
+    return ActuatorModel(SHORT, Ogden(), DoubleHelix(), Thread(bends=wire), level, 1070.0, bonded, wire)
 
 
 @pytest.fixture(scope="module")
@@ -54,6 +55,7 @@ CASES = {
     "cap": ("cap", TINY),
     "all": ("all", TINY),
     "quadratic": ("cap", QUADRATIC),
+    "wire": ("cap", TINY, True),
 }
 
 
@@ -82,6 +84,12 @@ def test_the_stiffness_is_the_gradient_of_the_residual(case):
     free = case.direction.ravel()[equations.free]
     product = upper @ free + upper.T @ free - upper.diagonal() * free
     assert relative_error(product, difference(lambda t: case.residual(LOAD, t), 1e-6)) < 1e-6
+
+
+def test_the_thread_ends_with_the_body_or_goes_on_over_the_cap(equations):
+    wound = ActuatorEquations(model(wire=True))
+    for each, length in ((equations, 9.0), (wound, 12.0)):
+        assert each.thread.points(each.rest_positions)[:, 2].max() == pytest.approx(length, abs=1e-6)
 
 
 @pytest.mark.parametrize("follower", [False, True])

@@ -39,6 +39,11 @@ def sliding() -> CellEquations:
     return CellEquations(ActuatorGeometry(), Ogden(), DoubleHelix(), Thread(), TINY, axial_stiffness=250.0)
 
 
+def wired() -> CellEquations:
+    """The fewest elements, with a thread that bends."""
+    return CellEquations(ActuatorGeometry(), Ogden(), DoubleHelix(), Thread(bends=True), TINY)
+
+
 def quadratic() -> CellEquations:
     return CellEquations(ActuatorGeometry(), Ogden(), DoubleHelix(), Thread(), QUADRATIC)
 
@@ -50,6 +55,7 @@ def quadratic() -> CellEquations:
 CASES = {
     "open": (tiny_equations, 1e-5, 1e-6),
     "sliding": (sliding, 1e-5, 1e-6),
+    "wired": (wired, 1e-5, 1e-6),
     "quadratic": (quadratic, 1e-5, 1e-6),
     "walls in contact": (thin_chambers, 1e-7, 1e-8),
 }

@@ -1,7 +1,9 @@
 """What README and docs show runs, in a process of its own for each page, and what they link to is there."""
 
+import argparse
 import math
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -9,12 +11,19 @@ from pathlib import Path
 import pytest
 
 import rodmodel
+from calibration.cli import main as calibrate
 from calibration.layouts_report import title
+from fem_reference.cli import main as compute
+from rodmodel.cli import main as predict
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\((?!https?:)([^)#]+)(?:#[^)]*)?\)")
+COMMAND = re.compile(
+    r"^    (?:\.venv/bin/)?(rodmodel(?:-fem|-calibrate)?) ((?:[^\n]*\\\n)*[^\n]*)$", re.MULTILINE
+)
+PROGRAMS = {"rodmodel": predict, "rodmodel-fem": compute, "rodmodel-calibrate": calibrate}
 # Commands of a page that write what its blocks read.
 TEMPLATE = str(ROOT / "docs" / "measured_template.csv")
 BEFORE = {"calibration.md": ["fit-measured", TEMPLATE, "--out", "mine.json"]}
@@ -35,6 +44,46 @@ def test_every_block_of_code_runs(page: Path, tmp_path: Path) -> None:
         check=False,
     )
     assert run.returncode == 0, run.stderr
+
+
+def shown_commands() -> list[tuple[str, str, list[str]]]:
+    """Page, program and arguments of each command line that a page shows; comments are left out."""
+    found = []
+    for page in PAGES:
+        for program, rest in COMMAND.findall(page.read_text()):
+            line = re.sub(r"\s+#.*", "", rest.replace("\\\n", " "))
+            found.append((page.name, program, shlex.split(line)))
+    return found
+
+
+def test_every_command_line_is_one_that_the_program_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Taken as far as the parser: some run for hours."""
+
+    class TakenError(Exception):
+        pass
+
+    parse = argparse.ArgumentParser.parse_args
+
+    def parse_and_stop(parser: argparse.ArgumentParser, arguments: list[str]) -> None:
+        parse(parser, arguments)
+        raise TakenError
+
+    monkeypatch.setattr(argparse.ArgumentParser, "parse_args", parse_and_stop)
+    commands = shown_commands()
+    assert {program for _, program, _ in commands} == set(PROGRAMS)
+    for _, program, arguments in commands:
+        with pytest.raises(TakenError):
+            PROGRAMS[program](arguments)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_every_target_and_module_that_is_named_is_there(page: Path) -> None:
+    text = page.read_text()
+    makefile = (ROOT / "Makefile").read_text()
+    for target in re.findall(r"^    make ([a-z-]+)", text, re.MULTILINE):
+        assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
+    for module in re.findall(r"python -m (tests\.[a-z_.]+)", text):
+        assert (ROOT / module.replace(".", "/")).with_suffix(".py").exists(), module
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)

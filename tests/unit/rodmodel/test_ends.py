@@ -160,6 +160,11 @@ def test_a_follower_force_on_a_cap_aside_is_a_dead_one_along_it() -> None:
     followed = rod.solve(PRESSURE, follower_force=FORCE)
     dead = rod.solve(PRESSURE, tip_force=np.asarray(followed.tip_rotation) @ FORCE)
     np.testing.assert_allclose(followed.tip_position, dead.tip_position, atol=1e-10)
+
+
+@pytest.mark.slow
+def test_derivatives_under_a_follower_force_on_a_cap_aside_are_those_of_differences() -> None:
+    rod = both()
     _, jacobian = rod.jacobian(PRESSURE, follower_force=FORCE)
     solve = jax.jit(
         lambda p: rod.solve(p, follower_force=FORCE, solver=FixedStep(64), throw=False).tip_position

@@ -46,7 +46,10 @@ def of_each(rods: Rod, **loads: Any) -> rodmodel.Solution:
     return found
 
 
-@pytest.mark.parametrize("loads", [{}, {**LOADS, "solver": FixedStep()}], ids=["free", "loaded"])
+LOADED = pytest.param({**LOADS, "solver": FixedStep()}, id="loaded", marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize("loads", [pytest.param({}, id="free"), LOADED])
 def test_each_rod_of_a_stack_solves_as_it_does_alone(rods: list[Rod], loads: dict[str, Any]) -> None:
     together = of_each(rodmodel.stack(rods), **loads)
     for k, rod in enumerate(rods):

@@ -103,6 +103,7 @@ def test_the_compliance_of_the_tip_is_symmetric_as_shear_keeps_the_energy(rod: R
     np.testing.assert_allclose(by_force, by_force.T, atol=1e-6 * np.abs(by_force).max())
 
 
+@pytest.mark.slow
 def test_derivatives_are_those_of_differences(rod: Rod) -> None:
     solver = Adaptive(1e-12)
 

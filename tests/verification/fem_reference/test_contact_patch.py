@@ -33,7 +33,6 @@ def pressures(cells: tuple[int, int], distance: float) -> tuple[list[np.ndarray]
     x = np.concatenate([low, high])
     walls = WallContact(x, np.concatenate([low_quads, len(low) + high_quads]))
     force = walls.force(x)
-    assert force is not None
     parts = force[: len(low)], force[len(low) :]
     inner = []
     for points, part, count in zip((low, high), parts, cells, strict=True):

@@ -61,9 +61,9 @@ def _ends(options: argparse.Namespace, command: str) -> int:
     calibrations = {file: read_calibration_file(file) for file in options.files}
     try:
         shear = fit_shear(truth)
-        asked = dict.fromkeys(runs_for(truth, c.layout)[0] for c in calibrations.values()) or [PAPER]
+        windings = {file: runs_for(truth, c.layout)[0] for file, c in calibrations.items()}
         fitted: dict[Layout, tuple[Compliance, Ends]] = {}
-        for winding in asked:
+        for winding in dict.fromkeys(windings.values()) or [PAPER]:
             runs = runs_for(truth, winding)[1]
             found = fit_compliance(runs, geometry.body_length, compliance or END_COMPLIANCE)
             fitted[winding] = found, fit_ends(runs, geometry.body_length, geometry.cap_length, compliance)
@@ -84,7 +84,7 @@ def _ends(options: argparse.Namespace, command: str) -> int:
         for winding, (found, ends) in fitted.items()
     }
     for file, calibration in calibrations.items():
-        winding = runs_for(truth, calibration.layout)[0]
+        winding = windings[file]
         _write_ends(file, calibration, fitted[winding][1], shear, notes[winding])
     if options.json:
         print(json.dumps({"ends": list(notes.values())}))

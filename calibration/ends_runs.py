@@ -26,9 +26,10 @@ def runs_for(truth: xr.Dataset, layout: Layout) -> tuple[Layout, xr.Dataset]:
     winding : that layout where fit runs of it are there, else the paper's.
     runs : of that winding.
     """
-    windings = [layout_of(case_of(name).winding) for name in truth["case"].values]
+    names = truth["case"].values
+    layouts = {name: layout_of(case_of(name).winding) for name in dict.fromkeys(names)}
     for winding in (layout, PAPER):
-        own = np.array([_same(winding, other) for other in windings], dtype=bool)
+        own = np.array([_same(winding, layouts[name]) for name in names], dtype=bool)
         if (own & (truth["role"].values == "fit")).any():
             break
     return winding, truth.isel(state=own)

@@ -74,10 +74,10 @@ def merged(
     for own, weight in zip(nodes, weights, strict=True):
         unique, where = np.unique(own, return_inverse=True)
         sums.append((unique, np.bincount(where, weight)))
-    width = max(len(unique) for unique, _ in sums)
+    shape = len(sums), max((len(unique) for unique, _ in sums), default=nodes.shape[1])
     return (
-        np.array([np.resize(unique, width) for unique, _ in sums]),
-        np.array([np.pad(total, (0, width - len(total))) for _, total in sums]),
+        np.array([np.resize(unique, shape[1]) for unique, _ in sums], nodes.dtype).reshape(shape),
+        np.array([np.pad(total, (0, shape[1] - len(total))) for _, total in sums], float).reshape(shape),
     )
 
 

@@ -77,7 +77,7 @@ class ThreadSegments:
         # x_b − x_a = Σ_c coefficient_c x_c over the host nodes of both ends.
         self.connectivity = self.host[ends].reshape(len(ends), 2 * self.host.shape[1])
         self._coefficient = np.concatenate([-self.weight[ends[:, 0]], self.weight[ends[:, 1]]], axis=1)
-        if thread.coupling == "circumference" and len(ends):
+        if thread.coupling == "circumference":
             self.connectivity, self._coefficient = merged(self.connectivity, self._coefficient)
         #: Host nodes of no weight, which fill up short rows of ``connectivity``.
         self.padding = self._coefficient == 0.0

@@ -60,10 +60,8 @@ class ThreadBending:
             np.concatenate([-weight[:, 0], weight[:, 1], none], axis=1),
             np.concatenate([none, -weight[:, 1], weight[:, 2]], axis=1),
         ]
-        self.connectivity, self._coefficient = hosts, np.stack(spans, axis=1)
-        if len(points):
-            (self.connectivity, first), (_, second) = (merged(hosts, span) for span in spans)
-            self._coefficient = np.stack([first, second], axis=1)
+        (self.connectivity, first), (_, second) = (merged(hosts, span) for span in spans)
+        self._coefficient = np.stack([first, second], axis=1)
         #: Host nodes of no weight, which fill up short rows of ``connectivity``.
         self.padding = (self._coefficient == 0.0).all(axis=1)
         at_rest = self._spans(rest)

@@ -46,13 +46,13 @@ def test_every_block_of_code_runs(page: Path, tmp_path: Path) -> None:
     assert run.returncode == 0, run.stderr
 
 
-def shown_commands() -> list[tuple[str, str, list[str]]]:
-    """Page, program and arguments of each command line that a page shows; comments are left out."""
+def shown_commands() -> list[tuple[str, list[str]]]:
+    """Program and arguments of each command line that a page shows; comments are left out."""
     found = []
     for page in PAGES:
         for program, rest in COMMAND.findall(page.read_text()):
             line = re.sub(r"\s+#.*", "", rest.replace("\\\n", " "))
-            found.append((page.name, program, shlex.split(line)))
+            found.append((program, shlex.split(line)))
     return found
 
 
@@ -70,8 +70,8 @@ def test_every_command_line_is_one_that_the_program_takes(monkeypatch: pytest.Mo
 
     monkeypatch.setattr(argparse.ArgumentParser, "parse_args", parse_and_stop)
     commands = shown_commands()
-    assert {program for _, program, _ in commands} == set(PROGRAMS)
-    for _, program, arguments in commands:
+    assert {program for program, _ in commands} == set(PROGRAMS)
+    for program, arguments in commands:
         with pytest.raises(TakenError):
             PROGRAMS[program](arguments)
 

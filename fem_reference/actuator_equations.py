@@ -237,6 +237,7 @@ class ActuatorEquations:
         target: ActuatorTarget,
         exact: bool = False,
         viscous: ViscousSolid | None = None,
+        before: ActuatorLinearisation | None = None,
     ) -> ActuatorLinearisation:
         """Residual and stiffness.
 
@@ -246,6 +247,7 @@ class ActuatorEquations:
         exact : take the stiff parts' forces from the deformation, so that the matrix is the Hessian of the
             energy even away from equilibrium.
         viscous : resistance in a step in time.
+        before : where the last step was taken; see `Problem.linearise`.
         """
         x = at.positions
         controls = x[self.nodes :]
@@ -255,7 +257,7 @@ class ActuatorEquations:
             solid[1][:] += viscous.matrices
         thread = self.thread.response(x, None if exact else at.segment_tension)
         axis = self.axis.response(controls, self.axis.tension(controls) if exact else at.axis_tension)
-        walls = self.walls.response(x)
+        walls = self.walls.iterate(x, None if before is None else before.pairs)
         parts = [solid[:2], thread[:2], *(joints.response(x) for joints in self.joints)]
         for p, chamber in zip(target.pressure, self.chambers, strict=True):
             parts += [(-p * patch.gradient(x), -p * patch.hessian(x)) for patch in chamber.patches]
@@ -282,6 +284,7 @@ class ActuatorEquations:
             residual=(force - load).ravel()[self.free],
             data=data,
             walls_touch=walls is not None,
+            pairs=None if walls is None else walls[2],
             positions=x,
             force=force,
             load_columns=columns,

@@ -53,10 +53,14 @@ class ActuatorProblem(Problem):
         return start
 
     def linearise(
-        self, at: Deformation, target: ActuatorTarget, viscous: ViscousSolid | None = None
+        self,
+        at: Deformation,
+        target: ActuatorTarget,
+        viscous: ViscousSolid | None = None,
+        before: ActuatorLinearisation | None = None,
     ) -> ActuatorLinearisation:
         """See `ActuatorEquations.linearise`."""
-        return self.equations.linearise(at, target, viscous=viscous)
+        return self.equations.linearise(at, target, viscous=viscous, before=before)
 
     def renewed(
         self,

@@ -207,6 +207,7 @@ class CellEquations:
         pressure: Float[np.ndarray, "3"],
         exact: bool = False,
         viscous: ViscousSolid | None = None,
+        before: CellLinearisation | None = None,
     ) -> CellLinearisation:
         """Residual and Hessian.
 
@@ -217,6 +218,7 @@ class CellEquations:
         exact : take the element pressures and tensions from the deformation, so that the matrix is the
             Hessian of the energy even away from equilibrium.
         viscous : resistance in a step in time.
+        before : where the last step was taken; see `Problem.linearise`.
         """
         series = self.series(at)
         frame = HelicalFrame(self.helical, at.positions, series)
@@ -227,7 +229,7 @@ class CellEquations:
             solid[1][:] += viscous.matrices
         thread = self.thread.response(x, None if exact else at.segment_tension)
         rod = self.rod.response(x, series)
-        walls = self.walls.response(x)
+        walls = self.walls.iterate(x, None if before is None else before.pairs)
         volume_gradients = [[patch.gradient(x) for patch in chamber.patches] for chamber in self.chambers]
         parts = [solid[:2], thread[:2], *(joints.response(x) for joints in self.joints)]
         for p, chamber, gradients in zip(pressure, self.chambers, volume_gradients, strict=True):
@@ -277,6 +279,7 @@ class CellEquations:
             strain_pressure=-volume_strain,
             volume=np.array([c.volume(x) for c in self.chambers]),
             walls_touch=walls is not None,
+            pairs=None if walls is None else walls[2],
             frame=frame,
             volume_gradient=solid[2],
             length_gradient=thread[2],

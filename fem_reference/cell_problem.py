@@ -82,10 +82,14 @@ class CellProblem(Problem):
         return at
 
     def linearise(
-        self, at: Configuration, target: CellTarget, viscous: ViscousSolid | None = None
+        self,
+        at: Configuration,
+        target: CellTarget,
+        viscous: ViscousSolid | None = None,
+        before: CellLinearisation | None = None,
     ) -> CellLinearisation:
         """See `CellEquations.linearise`."""
-        return self.equations.linearise(at, target.pressure, viscous=viscous)
+        return self.equations.linearise(at, target.pressure, viscous=viscous, before=before)
 
     def renewed(
         self,

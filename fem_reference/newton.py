@@ -4,11 +4,12 @@ Two parts are stiff beyond comparison with the silicone's shear: the thread's st
 volume. Both are quadratic in small rotations, so that a plain Newton step from a displacement-only form
 overshoots by orders of magnitude. Their forces (segment tension, element pressure) are therefore unknowns of
 their own while iterating; they are condensed locally, so the linear system keeps its size, and the solution
-is that of the displacement form.
+is that of the displacement form. So are the forces between walls in contact (`wall_pairs`).
 
 A matrix with more negative eigenvalues than the branch of equilibria has would lead to a saddle or round in
 circles. Contact is then made convex: that of walls pair by pair, and that with the rod without its roundness,
-off which a single pressed node slides though the wall that it is of does not. Where that is not enough, the
+off which a single pressed node slides though the wall that it is of does not; on the way to another
+equilibrium it then stays so to the end. Where that is not enough, the
 silicone's viscous matrix is added for a few iterations. If the matrix stays indefinite, the method gives up,
 and says so by an `UnstableError`: what moves by itself is followed in time (see `creep`).
 
@@ -114,15 +115,16 @@ def solve_equilibrium(
     at = problem.begin(start, target)
     history: list[float] = []
     last: _Taken | None = None
+    before: Any = None
     first = 0.0
     damping = _Damping(problem, solver, inertia, 0 if viscous is not None else _DAMPED_ITERATIONS)
     convex, size, excess, too_long, growing = False, 0.0, None, 0, 0
     for iteration in range(MAX_ITERATIONS if viscous is None else _CREEP_ITERATIONS):
-        linear = problem.linearise(at, target, viscous)
+        linear = problem.linearise(at, target, viscous, before)
         force, moment = _imbalance(problem, linear, target, iteration)
         try:
             # Far from equilibrium a matrix that was not the branch's is not likely to be so one step on.
-            if not (convex and size > problem.nearby):
+            if not (convex and (on_the_way or size > problem.nearby)):
                 negative = solver.factorise(problem.pattern.matrix(linear.data), problem.pattern.revision)
                 excess = None if negative is None else negative - problem.constraints
                 if force <= FORCE_TOLERANCE and moment <= MOMENT_TOLERANCE:
@@ -134,7 +136,7 @@ def solve_equilibrium(
             before, size = size, problem.size(step, linear)
             if not convex and last is not None and last.overshot(size, problem.reach):
                 _LOG.debug("the step would grow to %.2e mm: the last one is halved", size)
-                last = last.halved()
+                last, before = last.halved(), last.linear
                 at = _admissible_part(problem, last.origin, last.step, last.linear, last.fraction)
                 continue
         except SingularMatrixError as error:
@@ -164,7 +166,7 @@ def solve_equilibrium(
         # The first step sets the tension of the threads by the residual of their stretch; the next, free of
         # it, may well be longer.
         last = None if convex or iteration == 0 else _Taken(at, step, linear, size, fraction)
-        at = _admissible_part(problem, at, step, linear, fraction)
+        at, before = _admissible_part(problem, at, step, linear, fraction), linear
         if viscous is not None and iteration > 0 and size <= max(problem.noise, _CREEP_ACCURACY * first):
             return Equilibrium(at, None, iteration + 1, force, None)
         # The first stiffness still has the threads' old tension in it.

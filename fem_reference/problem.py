@@ -12,6 +12,7 @@ from jaxtyping import Float
 
 from fem_reference.assembly import SparsePattern
 from fem_reference.linear_solver import SymmetricSolver
+from fem_reference.wall_pairs import WallPairs
 
 
 class NewtonError(ArithmeticError):
@@ -31,11 +32,13 @@ class Linearisation:
     residual : forces on the unknowns of the sparse system [N].
     data : of the stiffness, in the problem's pattern.
     walls_touch : whether chamber walls are in contact.
+    pairs : of walls in contact where the stiffness is of; None where there are none.
     """
 
     residual: Float[np.ndarray, " q"]
     data: Float[np.ndarray, " nonzeros"]
     walls_touch: bool
+    pairs: WallPairs | None
 
 
 @dataclass(frozen=True)
@@ -81,8 +84,12 @@ class Problem(abc.ABC):
         """The configuration to iterate from; raises a NewtonError where it is not admissible."""
 
     @abc.abstractmethod
-    def linearise(self, at: Any, target: Any, viscous: Any = None) -> Any:
-        """Residual and stiffness, those of a `viscous` resistance included."""
+    def linearise(self, at: Any, target: Any, viscous: Any = None, before: Any = None) -> Any:
+        """Residual and stiffness, those of a `viscous` resistance included.
+
+        After a step from the linearisation ``before``, the stiffness of wall contact is that of the forces
+        which it led to expect (see `wall_pairs`).
+        """
 
     @abc.abstractmethod
     def renewed(self, linear: Any, at: Any, target: Any, viscous: Any = None) -> Any:

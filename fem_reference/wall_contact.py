@@ -13,6 +13,8 @@ import numpy as np
 import scipy.sparse as sparse
 from jaxtyping import Float, Int
 
+from fem_reference.wall_pairs import WallPairs, wall_pairs
+
 ACTIVATION = 0.05
 # Stress scale of the area-weighted barrier. The bending angle at 60 kPa moves by 0.5 % when it is divided by
 # ten.
@@ -81,6 +83,22 @@ class WallContact:
         return force, self._hessian(
             self._potential, collisions, vertices, positions.size, ipctk.PSDProjectionMethod.NONE
         )
+
+    def iterate(
+        self, positions: Float[np.ndarray, "nodes 3"], before: WallPairs | None
+    ) -> tuple[Float[np.ndarray, "nodes 3"], sparse.csr_matrix, WallPairs] | None:
+        """`response`, with the stiffness that Newton's method takes after the pairs ``before``; these now."""
+        response = self.response(positions)
+        if response is None:
+            return None
+        force, hessian = response
+        vertices = self._vertices(positions)
+        pairs = wall_pairs(self._collisions(vertices), self._mesh, vertices, ACTIVATION, STIFFNESS, before)
+        members, local = pairs.change()
+        dofs = (3 * self.nodes[members][:, :, None] + np.arange(3)).reshape(len(members), 12)
+        rows, columns = np.repeat(dofs, 12, axis=1).ravel(), np.tile(dofs, (1, 12)).ravel()
+        change = sparse.csr_matrix((local.ravel(), (rows, columns)), shape=hessian.shape)
+        return force, hessian + change, pairs
 
     def convex_hessian(self, positions: Float[np.ndarray, "nodes 3"]) -> sparse.csr_matrix:
         """The Hessian with every pair's own negative eigenvalues set to zero."""

@@ -60,10 +60,10 @@ class Diagonal(Problem):
     def begin(self, start, target):
         return start
 
-    def linearise(self, at, target, viscous=None):
+    def linearise(self, at, target, viscous=None, before=None):
         self.stiffnesses += 1
         rate = 0.0 if viscous is None else viscous.rate
-        linear = Linearisation(np.empty(0), self._stiffness(at) + rate, walls_touch=False)
+        linear = Linearisation(np.empty(0), self._stiffness(at) + rate, walls_touch=False, pairs=None)
         return self.renewed(linear, at, target, viscous)
 
     def renewed(self, linear, at, target, viscous=None):

@@ -77,6 +77,24 @@ def test_the_force_alone_is_that_of_the_response(walls, x):
     np.testing.assert_array_equal(walls.force(x), walls.response(x)[0])
 
 
+def test_an_iterate_has_the_barriers_force_and_between_near_ones_its_hessian(walls, x, direction):
+    force, hessian, pairs = walls.iterate(x, None)
+    np.testing.assert_array_equal(force, walls.response(x)[0])
+    assert abs(hessian - walls.response(x)[1]).max() == 0.0
+    # Over 1e-5 mm a force changes by more than a twentieth where it is below 1e-5 MPa, 1e-4 of what is usual.
+    near = x + 1e-5 * direction
+    other = walls.response(near)[1]
+    assert abs(walls.iterate(near, pairs)[1] - other).max() <= 1e-4 * abs(other).max()
+
+
+def test_after_a_long_step_the_hessian_of_an_iterate_is_another_but_symmetric(walls, x, rest):
+    wider = rest * [1.0, 0.016, 1.0]
+    force, hessian, _ = walls.iterate(x, walls.iterate(wider, None)[2])
+    np.testing.assert_array_equal(force, walls.response(x)[0])
+    assert abs(hessian - walls.response(x)[1]).max() > 0.01 * abs(hessian).max()
+    assert asymmetry(hessian.toarray()) <= 1e-10
+
+
 def test_forces_on_the_walls_balance(walls, x):
     force, _ = walls.response(x)
     assert np.abs(force.sum(axis=0)).max() <= 1e-12 * np.abs(force).sum()

@@ -77,14 +77,16 @@ def test_the_force_alone_is_that_of_the_response(walls, x):
     np.testing.assert_array_equal(walls.force(x), walls.response(x)[0])
 
 
-def test_an_iterate_has_the_barriers_force_and_between_near_ones_its_hessian(walls, x, direction):
+def test_an_iterate_has_the_barriers_force_and_the_laws_stiffness_near_the_one_before(walls, x, direction):
     force, hessian, pairs = walls.iterate(x, None)
     np.testing.assert_array_equal(force, walls.response(x)[0])
     assert abs(hessian - walls.response(x)[1]).max() == 0.0
-    # Over 1e-5 mm a force changes by more than a twentieth where it is below 1e-5 MPa, 1e-4 of what is usual.
-    near = x + 1e-5 * direction
-    other = walls.response(near)[1]
-    assert abs(walls.iterate(near, pairs)[1] - other).max() <= 1e-4 * abs(other).max()
+    # Edges (kind 2) may be all but parallel, and their distance then turns within any step; they share little
+    # area. Of other pairs 1e-5 mm change the force by a twentieth only where it is below 1e-4 MPa.
+    near = walls.iterate(x + 1e-5 * direction, pairs)[2]
+    smooth = (near.kinds != 2) & (near.force > 1e-4)
+    assert smooth.sum() > 100
+    np.testing.assert_array_equal(near.stiffness[smooth], near.law[smooth])
 
 
 def test_after_a_long_step_the_hessian_of_an_iterate_is_another_but_symmetric(walls, x, rest):

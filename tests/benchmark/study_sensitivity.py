@@ -89,6 +89,9 @@ class PassingWalls:
 
     response = force
 
+    def iterate(self, positions: np.ndarray, before: object) -> None:
+        """As where no walls are near."""
+
     def step_limit(self, start: np.ndarray, end: np.ndarray) -> float:
         """Nothing stops a step."""
         return 1.0

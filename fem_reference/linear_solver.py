@@ -24,10 +24,11 @@ class SingularMatrixError(ArithmeticError):
 class SymmetricSolver(Protocol):
     """Factorise once, solve often. The matrix comes as the upper triangle in CSR."""
 
-    def factorise(self, upper: sparse.csr_matrix, revision: int) -> int | None:
-        """Factorise; return the number of negative pivots, or None where the solver does not tell.
+    def factorise(self, upper: sparse.csr_matrix, revision: int, roughly: bool = False) -> int | None:
+        """Factorise; return the number of negative eigenvalues, or None where the solver does not tell.
 
-        The analysis of the sparsity pattern is kept as long as its ``revision`` stays the same.
+        The analysis of the sparsity pattern is kept as long as its ``revision`` stays the same. Counted
+        ``roughly``, an eigenvalue about zero may have either sign.
         """
         ...
 
@@ -64,7 +65,7 @@ class PardisoSolver:
         # MKL holds the factors outside Python's sight.
         weakref.finalize(self, self._pardiso.free_memory, everything=True).atexit = False
 
-    def factorise(self, upper: sparse.csr_matrix, revision: int) -> int:
+    def factorise(self, upper: sparse.csr_matrix, revision: int, roughly: bool = False) -> int:
         """See `SymmetricSolver.factorise`."""
         if revision != self._revision and self._upper is not None:
             self._pardiso.free_memory()
@@ -105,7 +106,7 @@ class SuperLuSolver:
     def __init__(self) -> None:
         self._factor = None
 
-    def factorise(self, upper: sparse.csr_matrix, revision: int) -> None:
+    def factorise(self, upper: sparse.csr_matrix, revision: int, roughly: bool = False) -> None:
         """See `SymmetricSolver.factorise`; the inertia is not available."""
         full = (upper + sparse.triu(upper, 1).T).tocsc()
         try:

@@ -46,12 +46,12 @@ class MixedSolver:
         self._revision = 0
         self._double: PardisoSolver | None = None
 
-    def factorise(self, upper: sparse.csr_matrix, revision: int) -> int:
+    def factorise(self, upper: sparse.csr_matrix, revision: int, roughly: bool = False) -> int:
         """See `SymmetricSolver.factorise`."""
         self._double, self._upper, self._revision = None, upper, revision
         self._diagonal = upper.diagonal()
         negative = self._factors.factorise(upper, self._diagonal, revision)
-        if negative > _FEW:
+        if roughly or negative > _FEW:
             return negative
         curvatures = [x @ self._product(x) for x in self._factors.negative_directions()] if negative else []
         mistaken = sum(bool(curvature >= 0.0) for curvature in curvatures)

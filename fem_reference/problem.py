@@ -96,8 +96,11 @@ class Problem(abc.ABC):
         """``linear`` with the residual at ``at`` and the stiffness as it was."""
 
     @abc.abstractmethod
-    def convex_contact(self, linear: Any) -> Float[np.ndarray, " nonzeros"]:
-        """The stiffness' data with contact made convex, to step with where it is not the branch's."""
+    def convexified(self, linear: Any) -> Float[np.ndarray, " nonzeros"]:
+        """The stiffness' data with contact made convex, to step with where it is not the branch's.
+
+        Without whatever else single nodes buckle by, too.
+        """
 
     @abc.abstractmethod
     def viscous(self, at: Any, rate: float) -> Any:

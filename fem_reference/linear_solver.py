@@ -24,22 +24,16 @@ class SingularMatrixError(ArithmeticError):
 class SymmetricSolver(Protocol):
     """Factorise once, solve often. The matrix comes as the upper triangle in CSR."""
 
-    def factorise(self, upper: sparse.csr_matrix, revision: int, roughly: bool = False) -> int | None:
-        """Factorise; return the number of negative eigenvalues, or None where the solver does not tell.
+    def factorise(self, upper: sparse.csr_matrix, revision: int) -> int | None:
+        """Factorise; return the number of negative pivots, or None where the solver does not tell.
 
-        The analysis of the sparsity pattern is kept as long as its ``revision`` stays the same. Counted
-        ``roughly``, an eigenvalue about zero may have either sign.
+        The analysis of the sparsity pattern is kept as long as its ``revision`` stays the same.
         """
         ...
 
     def solve(self, right: Float[np.ndarray, "n columns"]) -> Float[np.ndarray, "n columns"]:
         """Solve for every column."""
         ...
-
-
-def options() -> tuple[tuple[int, int], ...]:
-    """PARDISO's parameters: none by default, nested dissection, no refinement, no scaling, no matching."""
-    return (1, 1), (2, 2), (8, 0), (11, 0), (13, 0), (24, 0), (27, 0)
 
 
 class PardisoSolver:
@@ -58,14 +52,25 @@ class PardisoSolver:
 
         self._error = pypardiso.pardiso_wrapper.PyPardisoError
         self._pardiso = pypardiso.PyPardisoSolver(mtype=-2)
-        for index, value in (*options(), (10, 13), (18, 0), (21, 1)):
+        for index, value in (
+            (1, 1),
+            (2, 2),
+            (8, 0),
+            (10, 13),
+            (11, 0),
+            (13, 0),
+            (18, 0),
+            (21, 1),
+            (24, 0),
+            (27, 0),
+        ):
             self._pardiso.set_iparm(index, value)
         self._upper: sparse.csr_matrix | None = None
         self._revision: int | None = None
         # MKL holds the factors outside Python's sight.
         weakref.finalize(self, self._pardiso.free_memory, everything=True).atexit = False
 
-    def factorise(self, upper: sparse.csr_matrix, revision: int, roughly: bool = False) -> int:
+    def factorise(self, upper: sparse.csr_matrix, revision: int) -> int:
         """See `SymmetricSolver.factorise`."""
         if revision != self._revision and self._upper is not None:
             self._pardiso.free_memory()
@@ -106,7 +111,7 @@ class SuperLuSolver:
     def __init__(self) -> None:
         self._factor = None
 
-    def factorise(self, upper: sparse.csr_matrix, revision: int, roughly: bool = False) -> None:
+    def factorise(self, upper: sparse.csr_matrix, revision: int) -> None:
         """See `SymmetricSolver.factorise`; the inertia is not available."""
         full = (upper + sparse.triu(upper, 1).T).tocsc()
         try:
@@ -122,16 +127,9 @@ class SuperLuSolver:
 
 
 def default_solver(definite: bool = False) -> SymmetricSolver:
-    """PARDISO where MKL is installed, else SuperLU with a warning in the log.
-
-    Where matrices are positive definite as a rule, single precision with refinement takes half the time.
-    """
+    """PARDISO where MKL is installed, else SuperLU with a warning in the log; ``definite``: see there."""
     try:
-        if definite:
-            from fem_reference.mixed_solver import MixedSolver
-
-            return MixedSolver()
-        return PardisoSolver()
+        return PardisoSolver(definite)
     except ImportError as error:
         _LOG.warning("MKL PARDISO is not available (%s); SuperLU takes over and is many times slower", error)
         return SuperLuSolver()

@@ -63,14 +63,12 @@ class ActuatorLinearisation(Linearisation):
     Parameters
     ----------
     positions : where [mm].
-    segment_tension : that the thread's stiffness is of [N].
     force : internal forces less the pressures', at every point, clamped ones too [N].
     load_columns, load_rows : the tip load's stiffness is their product, to be taken off; None without one.
     volume_gradient, length_gradient, extension_gradient : of elements, thread segments and the rod's spans.
     """
 
     positions: Float[np.ndarray, "points 3"]
-    segment_tension: Float[np.ndarray, " segments"]
     force: Float[np.ndarray, "points 3"]
     load_columns: Float[np.ndarray, "q 3"] | None
     load_rows: Float[np.ndarray, "3 q"] | None
@@ -288,7 +286,6 @@ class ActuatorEquations:
             walls_touch=walls is not None,
             pairs=None if walls is None else walls[2],
             positions=x,
-            segment_tension=self.thread.tension(x) if exact else at.segment_tension,
             force=force,
             load_columns=columns,
             load_rows=rows,
@@ -334,16 +331,10 @@ class ActuatorEquations:
         load, *_ = self._load(linear.positions, target)
         return np.where(self.clamped, linear.force - load, 0.0)
 
-    def convexified(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
-        """The stiffness' data without what single nodes buckle by.
-
-        Contact is convex, that of walls pair by pair, that of the rod without roundness, and the thread's
-        compression turns no segment aside.
-        """
+    def convex_contact(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
+        """The stiffness' data with convex contact: of walls pair by pair, of the rod without roundness."""
         x, data = linear.positions, linear.data.copy()
         self.pattern.add_group(data, len(self._connectivities()) - 1, -self.contact.concave_part(x))
-        if len(self.thread):
-            self.pattern.add_group(data, THREAD, -self.thread.compressive_part(x, linear.segment_tension))
         response = self.walls.response(x)
         if response is not None:
             change = self.walls.convex_hessian(x) - response[1]

@@ -72,9 +72,9 @@ class ActuatorProblem(Problem):
         """See `ActuatorEquations.renewed`."""
         return self.equations.renewed(linear, at, target, viscous)
 
-    def convexified(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
-        """See `ActuatorEquations.convexified`."""
-        return self.equations.convexified(linear)
+    def convex_contact(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
+        """See `ActuatorEquations.convex_contact`."""
+        return self.equations.convex_contact(linear)
 
     def viscous(self, at: Deformation, rate: float) -> ViscousSolid:
         """See `ViscousSolid`."""

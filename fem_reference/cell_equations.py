@@ -327,7 +327,7 @@ class CellEquations:
         axial = self.period * self._axial(at.strain)[1]
         return residual, strain_force + rod.strain_force + axial
 
-    def convexified(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
+    def convex_contact(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
         """The stiffness' data with convex contact: of walls pair by pair, of the rod without roundness."""
         x, data = linear.frame.positions, linear.data.copy()
         nodes = self.rod.nodes[:, None]

@@ -101,9 +101,9 @@ class CellProblem(Problem):
         """See `CellEquations.renewed`."""
         return self.equations.renewed(linear, at, target.pressure, viscous)
 
-    def convexified(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
-        """See `CellEquations.convexified`."""
-        return self.equations.convexified(linear)
+    def convex_contact(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
+        """See `CellEquations.convex_contact`."""
+        return self.equations.convex_contact(linear)
 
     def viscous(self, at: Configuration, rate: float) -> ViscousSolid:
         """See `ViscousSolid`."""

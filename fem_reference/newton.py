@@ -7,13 +7,11 @@ their own while iterating; they are condensed locally, so the linear system keep
 is that of the displacement form. So are the forces between walls in contact (`wall_pairs`).
 
 A matrix with more negative eigenvalues than the branch of equilibria has would lead to a saddle or round in
-circles. It then goes without what single nodes buckle by. Contact is made convex: that of walls pair by
-pair, and that with the rod without its roundness, off which a single pressed node slides though the wall
-that it is of does not. A thread in compression does not turn aside, which in the full actuator it does
-segment by segment near the base. On the way to another equilibrium it then stays so to the end. Where that
-is not enough, the silicone's viscous matrix is added for a few iterations. If the matrix stays indefinite,
-the method gives up, and says so by an `UnstableError`: what moves by itself is followed in time (see
-`creep`).
+circles. Contact is then made convex: that of walls pair by pair, and that with the rod without its roundness,
+off which a single pressed node slides though the wall that it is of does not; on the way to another
+equilibrium it then stays so to the end. Where that is not enough, the
+silicone's viscous matrix is added for a few iterations. If the matrix stays indefinite, the method gives up,
+and says so by an `UnstableError`: what moves by itself is followed in time (see `creep`).
 
 Globalisation is a line search whose merit is the size of the Newton step itself: a step may not be much
 longer than the one before (the ordinary monotonicity test), or that one is taken again at half its length; no
@@ -256,7 +254,7 @@ def _settled(
 ) -> Equilibrium:
     """The equilibrium, with its inertia free of the contact's own, and the exact factors in the solver."""
     if excess:
-        data = problem.convexified(linear)
+        data = problem.convex_contact(linear)
         excess = solver.factorise(problem.pattern.matrix(data), problem.pattern.revision)
         excess = None if excess is None else excess - problem.constraints
         solver.factorise(problem.pattern.matrix(linear.data), problem.pattern.revision)
@@ -295,7 +293,7 @@ class _Damping:
         if self._steps > _MOST_DAMPED:
             raise UnstableError(f"no equilibrium after {_MOST_DAMPED} steps with another stiffness")
         problem = self._problem
-        data = problem.convexified(linear)
+        data = problem.convex_contact(linear)
         excess = self._excess(data)
         if excess <= 0:
             return

@@ -96,11 +96,8 @@ class Problem(abc.ABC):
         """``linear`` with the residual at ``at`` and the stiffness as it was."""
 
     @abc.abstractmethod
-    def convexified(self, linear: Any) -> Float[np.ndarray, " nonzeros"]:
-        """The stiffness' data with contact made convex, to step with where it is not the branch's.
-
-        Without whatever else single nodes buckle by, too.
-        """
+    def convex_contact(self, linear: Any) -> Float[np.ndarray, " nonzeros"]:
+        """The stiffness' data with contact made convex, to step with where it is not the branch's."""
 
     @abc.abstractmethod
     def viscous(self, at: Any, rate: float) -> Any:

@@ -135,25 +135,8 @@ class ThreadSegments:
         geometric = (tension / length)[:, None, None] * np.eye(3) + (
             self.axial_stiffness / self.rest_length - tension / length
         )[:, None, None] * (direction[:, :, None] * direction[:, None, :])
-        return force, self._spread(geometric), length_gradient
-
-    def _spread(self, matrices: Float[np.ndarray, "segments 3 3"]) -> Float[np.ndarray, "segments dofs dofs"]:
-        """What acts on the segments' spans, on their host nodes."""
         # ∂span/∂x on the left and on the right, as matrix products: the inner loops of an outer product would
         # be of three numbers.
-        size = 3 * self.connectivity.shape[1]
         spread = (self._coefficient[:, :, None, None] * np.eye(3)).reshape(len(self), size, 3)
-        return (spread @ matrices) @ np.swapaxes(spread, 1, 2)
-
-    def compressive_part(
-        self, positions: Float[np.ndarray, "nodes 3"], tension: Float[np.ndarray, " segments"]
-    ) -> Float[np.ndarray, "segments dofs dofs"]:
-        """What of the tangents comes with compression: a segment pressed together would turn aside.
-
-        Segments that do so by turns fold the thread into a zigzag, the sooner the shorter they are.
-        """
-        span = self._span(positions)
-        length = np.linalg.norm(span, axis=1)
-        direction = span / length[:, None]
-        across = np.eye(3) - direction[:, :, None] * direction[:, None, :]
-        return self._spread((np.minimum(tension, 0.0) / length)[:, None, None] * across)
+        stiffness = (spread @ geometric) @ np.swapaxes(spread, 1, 2)
+        return force, stiffness, length_gradient

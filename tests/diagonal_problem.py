@@ -72,7 +72,7 @@ class Diagonal(Problem):
             residual = residual + viscous.rate * (at - viscous.origin)
         return replace(linear, residual=residual)
 
-    def convexified(self, linear):
+    def convex_contact(self, linear):
         return linear.data
 
     def viscous(self, at, rate):

@@ -54,11 +54,11 @@ class Rounded(Diagonal):
     def __init__(self):
         super().__init__(lambda x: x**3 - x, lambda x: 3.0 * x**2 - 1.0, 2, reach=0.5)
 
-    def convexified(self, linear):
+    def convex_contact(self, linear):
         return linear.data + 2.0
 
 
-def test_steps_with_convexified_lead_to_a_minimum_and_are_given_up_at_a_saddle():
+def test_steps_with_convex_contact_lead_to_a_minimum_and_are_given_up_at_a_saddle():
     """Near the maximum such a step doubles the distance from it: from 1e-3 mm that is seen before its end."""
     np.testing.assert_allclose(solve(Rounded(), 0.0, 0.2).configuration, 1.0, atol=1e-9)
     with pytest.raises(UnstableError, match=r"^7 steps with another stiffness grow"):

@@ -198,17 +198,3 @@ def test_a_given_tension_enters_the_tangent_alone(thread, x):
 def test_impossible_threads_are_refused_by_name(make, named):
     with pytest.raises(ValueError, match=named):
         make()
-
-
-def test_without_what_compression_adds_tangents_are_those_of_a_slack_thread(thread, rest):
-    """A zigzag then costs nothing more, and segments in tension keep what theirs adds."""
-    tension = np.random.default_rng(3).uniform(-1.0, 1.0, len(thread))
-    x = deformed(rest)
-    _, stiffness, _ = thread.response(x, tension)
-    _, slack, _ = thread.response(x, np.maximum(tension, 0.0))
-    part = thread.compressive_part(x, tension)
-    scale = np.abs(stiffness).max()
-    np.testing.assert_allclose(stiffness - part, slack, rtol=0, atol=1e-13 * scale)
-    np.testing.assert_array_equal(part[tension >= 0.0], 0.0)
-    assert np.linalg.eigvalsh(part)[:, -1].max() < 1e-13 * scale
-    assert np.linalg.eigvalsh(part[tension < -0.1])[:, 0].max() < -1e-6 * scale

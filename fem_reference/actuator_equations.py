@@ -285,6 +285,7 @@ class ActuatorEquations:
             data=data,
             walls_touch=walls is not None,
             pairs=None if walls is None else walls[2],
+            slack=at.segment_tension < 0.0,
             positions=x,
             force=force,
             load_columns=columns,
@@ -306,7 +307,7 @@ class ActuatorEquations:
         controls = x[self.nodes :]
         walls = self.walls.force(x)
         solid = self.solid.force(x)
-        parts = [solid if viscous is None else solid + viscous.force(x), self.thread.force(x)]
+        parts = [solid if viscous is None else solid + viscous.force(x), self.thread.force(x, at.segment_tension)]
         parts += [joints.force(x) for joints in self.joints]
         for p, chamber in zip(target.pressure, self.chambers, strict=True):
             parts += [-p * patch.gradient(x) for patch in chamber.patches]
@@ -375,7 +376,7 @@ class ActuatorEquations:
         stretch = _contract(linear.length_gradient, step[thread.connectivity])
         extension = _contract(linear.extension_gradient, step[self.nodes + axis.connectivity])
         pressure = solid.pressure_after(x, linear.volume_gradient, step)
-        tension = thread.tension(x) + thread.axial_stiffness * stretch / thread.rest_length
+        tension = thread.tension_after(x, at.segment_tension, stretch)
         axial = axis.tension(x[self.nodes :]) + axis.axial_stiffness / self.basis.span * extension
         return Deformation(
             positions=at.positions + fraction * step,

@@ -40,6 +40,7 @@ class ActuatorProblem(Problem):
     noise = 5e-3
     nearby = 0.05
     exact = False
+    stride = 0.2
 
     def __init__(self, equations: ActuatorEquations) -> None:
         self.equations = equations
@@ -71,6 +72,10 @@ class ActuatorProblem(Problem):
     ) -> ActuatorLinearisation:
         """See `ActuatorEquations.renewed`."""
         return self.equations.renewed(linear, at, target, viscous)
+
+    def keeps(self, linear: ActuatorLinearisation, at: Deformation) -> bool:
+        """See `Problem.keeps`."""
+        return bool(((at.segment_tension < 0.0) == linear.slack).all())
 
     def convex_contact(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
         """See `ActuatorEquations.convex_contact`."""

@@ -280,6 +280,7 @@ class CellEquations:
             volume=np.array([c.volume(x) for c in self.chambers]),
             walls_touch=walls is not None,
             pairs=None if walls is None else walls[2],
+            slack=at.segment_tension < 0.0,
             frame=frame,
             volume_gradient=solid[2],
             length_gradient=thread[2],
@@ -298,7 +299,7 @@ class CellEquations:
         x = frame.positions
         rod, walls = self.rod.response(x, series), self.walls.force(x)
         solid = self.solid.force(x)
-        parts = [solid if viscous is None else solid + viscous.force(x), self.thread.force(x)]
+        parts = [solid if viscous is None else solid + viscous.force(x), self.thread.force(x, at.segment_tension)]
         parts += [joints.force(x) for joints in self.joints]
         for p, chamber in zip(pressure, self.chambers, strict=True):
             parts += [-p * patch.gradient(x) for patch in chamber.patches]
@@ -353,7 +354,7 @@ class CellEquations:
             move[thread.connectivity].reshape(linear.length_gradient.shape),
         )
         pressure = solid.pressure_after(x, linear.volume_gradient, move)
-        tension = thread.tension(x) + thread.axial_stiffness * stretch / thread.rest_length
+        tension = thread.tension_after(x, at.segment_tension, stretch)
         return Configuration(
             positions=at.positions + fraction * step.positions,
             strain=at.strain + fraction * step.strain,

@@ -66,6 +66,7 @@ class CellProblem(Problem):
     noise = 5e-3
     nearby = 0.01
     exact = True
+    stride = np.inf
 
     def __init__(self, equations: CellEquations) -> None:
         self.equations = equations
@@ -100,6 +101,10 @@ class CellProblem(Problem):
     ) -> CellLinearisation:
         """See `CellEquations.renewed`."""
         return self.equations.renewed(linear, at, target.pressure, viscous)
+
+    def keeps(self, linear: CellLinearisation, at: Configuration) -> bool:
+        """See `Problem.keeps`."""
+        return bool(((at.segment_tension < 0.0) == linear.slack).all())
 
     def convex_contact(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
         """See `CellEquations.convex_contact`."""

@@ -27,7 +27,7 @@ for Nonlinear Problems, §3.1, for the test.
 """
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -77,7 +77,7 @@ _MOST_DAMPED = 8
 _KEPT_ITERATIONS = 8
 # Share of that size with which an equilibrium on the way to another ends; and the force [N] below which it
 # may do so with a matrix that was made convex.
-_ROUGH, _ROUGH_FORCE = 0.2, 1e-2
+_ROUGH, _ROUGH_FORCE = 0.2, 5e-2
 _KEPT_CONTRACTION = 0.2
 # Residual [N] above which the inertia must be right; iterations in which viscosity may see to that; and its
 # rates, as shares of the silicone's stiffness at rest.
@@ -94,6 +94,7 @@ def solve_equilibrium(
     inertia: int = 0,
     viscous: Any = None,
     on_the_way: bool = False,
+    convex: bool = False,
 ) -> Equilibrium:
     """Iterate from ``start`` to equilibrium under ``target``; the solver is left with the factors there.
 
@@ -104,6 +105,7 @@ def solve_equilibrium(
     inertia : negative eigenvalues of the branch of equilibria that is followed: 0 for minima of the energy.
     viscous : resistance for a step in time, which is solved roughly.
     on_the_way : that it only leads to the next one, and may be rough.
+    convex : whether to begin with convex contact, without a look at the stiffness as it is.
 
     Raises
     ------
@@ -112,13 +114,30 @@ def solve_equilibrium(
     NewtonError
         When it does not converge for another reason.
     """
+    sizes: list[float] = []
+    found = _iterate(problem, solver, target, start, inertia, viscous, on_the_way, convex, sizes)
+    return replace(found, longest=max(sizes, default=0.0))
+
+
+def _iterate(
+    problem: Problem,
+    solver: SymmetricSolver,
+    target: Any,
+    start: Any,
+    inertia: int,
+    viscous: Any,
+    on_the_way: bool,
+    convex: bool,
+    sizes: list[float],
+) -> Equilibrium:
+    """See `solve_equilibrium`; ``sizes`` of steps are added to a list."""
     at = problem.begin(start, target)
     history: list[float] = []
     last: _Taken | None = None
     before: Any = None
     first = 0.0
     damping = _Damping(problem, solver, inertia, 0 if viscous is not None else _DAMPED_ITERATIONS)
-    convex, size, excess, too_long, growing = False, 0.0, None, 0, 0
+    size, excess, too_long, growing = np.inf, None, 0, 0
     for iteration in range(MAX_ITERATIONS if viscous is None else _CREEP_ITERATIONS):
         linear = problem.linearise(at, target, viscous, before)
         force, moment = _imbalance(problem, linear, target, iteration)
@@ -134,6 +153,7 @@ def solve_equilibrium(
                 damping.factorise(at, linear)
             step = problem.newton_step(solver, linear, target)
             before, size = size, problem.size(step, linear)
+            sizes.append(size)
             if not convex and last is not None and last.overshot(size, problem.reach):
                 _LOG.debug("the step would grow to %.2e mm: the last one is halved", size)
                 last, before = last.halved(), last.linear
@@ -173,10 +193,9 @@ def solve_equilibrium(
         steady = viscous is None and not convex and fraction == 1.0 and iteration > 0
         near = fraction == 1.0 and iteration > 0 and size <= _ROUGH * problem.nearby
         if on_the_way and near and (not convex or force <= _ROUGH_FORCE):
-            return Equilibrium(
-                at, None, iteration + 1, force, None if excess is None else min(excess, inertia)
-            )
-        if steady and size <= problem.nearby:
+            left = inertia if convex or excess is None else min(excess, inertia)
+            return Equilibrium(at, None, iteration + 1, force, left, convex=convex)
+        if steady and size <= problem.nearby and problem.keeps(linear, at):
             at, linear, force, balanced = _keep_stiffness(problem, solver, target, at, linear, size)
             # Negative pivots are judged by the stiffness here, not by one nearby.
             if balanced and not problem.exact and not excess:
@@ -221,6 +240,8 @@ def _keep_stiffness(
             break
         sizes.append(size)
         at = _admissible_part(problem, at, step, linear, 1.0)
+        if not problem.keeps(linear, at):
+            break
     return at, linear, force, False
 
 

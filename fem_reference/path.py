@@ -193,7 +193,13 @@ class PathFollower:
         try:
             inertia = self.equilibrium.excess_negative or 0
             found = solve_equilibrium(
-                self.problem, self.solver, target, start, inertia, on_the_way=on_the_way
+                self.problem,
+                self.solver,
+                target,
+                start,
+                inertia,
+                on_the_way=on_the_way,
+                convex=self.equilibrium.convex,
             )
         except NewtonError as error:
             _LOG.debug("a step of %.3g failed: %s", step, error)
@@ -204,11 +210,13 @@ class PathFollower:
         self._earlier = [(state, back + step) for state, back in earlier] if step > 0.0 else []
         self.equilibrium, self.target = found, target
         self.iterations += found.iterations
-        if found.iterations <= _EASY:
-            self.step = min(max(self.step, step) * _GROW, self._longest)
-            self._longest *= _FORGET
-        elif found.iterations > _HARD:
+        # The way that is left to Newton's method grows with the cube of the step, after a parabola.
+        allowed = (self.problem.stride / found.longest) ** (1.0 / 3.0) if found.longest > 0.0 else math.inf
+        if found.iterations > _HARD or allowed < _SHRINK:
             self.step = step * _SHRINK
+        elif found.iterations <= _EASY or allowed < 1.0:
+            self.step = min(max(self.step, step) * _GROW, step * allowed, self._longest)
+            self._longest *= _FORGET
         return True
 
     def _predict(self, target: Any) -> Any:

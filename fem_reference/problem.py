@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from fem_reference.assembly import SparsePattern
 from fem_reference.linear_solver import SymmetricSolver
@@ -33,12 +33,14 @@ class Linearisation:
     data : of the stiffness, in the problem's pattern.
     walls_touch : whether chamber walls are in contact.
     pairs : of walls in contact where the stiffness is of; None where there are none.
+    slack : which thread segments the stiffness takes for slack.
     """
 
     residual: Float[np.ndarray, " q"]
     data: Float[np.ndarray, " nonzeros"]
     walls_touch: bool
     pairs: WallPairs | None
+    slack: Bool[np.ndarray, " segments"]
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,8 @@ class Equilibrium:
     excess_negative : negative pivots of the stiffness beyond those of the constraints, with
         contact taken as convex; above zero the body is at a saddle of its energy. None where the linear
         solver does not tell.
+    longest : size of the longest step on the way there [mm].
+    convex : whether the last matrix had its contact made convex.
     """
 
     configuration: Any
@@ -58,6 +62,8 @@ class Equilibrium:
     iterations: int
     residual: float
     excess_negative: int | None
+    longest: float = 0.0
+    convex: bool = False
 
 
 class Problem(abc.ABC):
@@ -78,6 +84,8 @@ class Problem(abc.ABC):
     nearby: float
     #: Whether an equilibrium must come with its own stiffness and factors, not those of a state nearby.
     exact: bool
+    #: Size of the longest step that a step of the load is to lead to [mm]; infinite where only their number counts.
+    stride: float
 
     @abc.abstractmethod
     def begin(self, start: Any, target: Any) -> Any:
@@ -94,6 +102,10 @@ class Problem(abc.ABC):
     @abc.abstractmethod
     def renewed(self, linear: Any, at: Any, target: Any, viscous: Any = None) -> Any:
         """``linear`` with the residual at ``at`` and the stiffness as it was."""
+
+    @abc.abstractmethod
+    def keeps(self, linear: Any, at: Any) -> bool:
+        """Whether the stiffness of ``linear`` may be kept at ``at``: no thread has gone slack or taut."""
 
     @abc.abstractmethod
     def convex_contact(self, linear: Any) -> Float[np.ndarray, " nonzeros"]:

@@ -54,6 +54,7 @@ class ThreadSegments:
     ) -> None:
         winding.refuse_overlap(thread)
         self.axial_stiffness = thread.axial_stiffness
+        self._slack_share = thread.slack_share
         hosts, weights, self.polylines = [], [], []
         count = 0
         pairs = []
@@ -93,19 +94,48 @@ class ThreadSegments:
     def _span(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "segments 3"]:
         return np.einsum("sc,sci->si", self._coefficient, positions[self.connectivity])
 
+    def _strain(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, " segments"]:
+        return np.linalg.norm(self._span(positions), axis=1) / self.rest_length - 1.0
+
+    def stiffness(self, sign: Float[np.ndarray, " segments"]) -> Float[np.ndarray, " segments"]:
+        """EA of every segment [N], by the sign of its strain or tension."""
+        return np.where(sign < 0.0, self._slack_share, 1.0) * self.axial_stiffness
+
     def tension(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, " segments"]:
-        """Constitutive tension EA (l/L0 − 1) [N]."""
-        return self.axial_stiffness * (np.linalg.norm(self._span(positions), axis=1) / self.rest_length - 1.0)
+        """Constitutive tension [N]."""
+        strain = self._strain(positions)
+        return self.stiffness(strain) * strain
+
+    def tension_after(
+        self,
+        positions: Float[np.ndarray, "nodes 3"],
+        tension: Float[np.ndarray, " segments"],
+        stretch: Float[np.ndarray, " segments"],
+    ) -> Float[np.ndarray, " segments"]:
+        """Tensions that a Newton step leads to [N].
+
+        Parameters
+        ----------
+        positions : where the step is taken [mm]; tension : there, which tells what is taut [N].
+        stretch : of the segments in the step [mm].
+        """
+        linear = self.stiffness(tension) * (self._strain(positions) + stretch / self.rest_length)
+        # What goes slack keeps its strain; what becomes taut, its force.
+        return np.where((tension >= 0.0) & (linear < 0.0), self._slack_share * linear, linear)
 
     def energy(self, positions: Float[np.ndarray, "nodes 3"]) -> float:
         """Stretch energy [N mm]."""
-        return float((self.tension(positions) ** 2 * self.rest_length).sum() / (2.0 * self.axial_stiffness))
+        return float(0.5 * (self.tension(positions) * self._strain(positions) * self.rest_length).sum())
 
-    def force(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "segments dofs"]:
+    def force(
+        self, positions: Float[np.ndarray, "nodes 3"], tension: Float[np.ndarray, " segments"] | None = None
+    ) -> Float[np.ndarray, "segments dofs"]:
         """Forces of the segments on their host nodes, those of `response`."""
         span = self._span(positions)
         length = np.linalg.norm(span, axis=1)
-        pull = (self.axial_stiffness * (1.0 / self.rest_length - 1.0 / length))[:, None] * span
+        strain = length / self.rest_length - 1.0
+        stiffness = self.stiffness(strain if tension is None else tension)
+        pull = (stiffness * strain / length)[:, None] * span
         local = self._coefficient[:, :, None] * pull[:, None, :]
         return local.reshape(len(self), 3 * self.connectivity.shape[1])
 
@@ -126,14 +156,16 @@ class ThreadSegments:
         span = self._span(positions)
         length = np.linalg.norm(span, axis=1)
         direction = span / length[:, None]
-        constitutive = self.axial_stiffness * (length / self.rest_length - 1.0)
+        strain = length / self.rest_length - 1.0
+        axial = self.stiffness(strain if tension is None else tension)
+        constitutive = axial * strain
         if tension is None:
             tension = constitutive
         size = 3 * self.connectivity.shape[1]
         length_gradient = (self._coefficient[:, :, None] * direction[:, None, :]).reshape(len(self), size)
         force = constitutive[:, None] * length_gradient
         geometric = (tension / length)[:, None, None] * np.eye(3) + (
-            self.axial_stiffness / self.rest_length - tension / length
+            axial / self.rest_length - tension / length
         )[:, None, None] * (direction[:, :, None] * direction[:, None, :])
         # ∂span/∂x on the left and on the right, as matrix products: the inner loops of an outer product would
         # be of three numbers.

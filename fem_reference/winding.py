@@ -38,6 +38,7 @@ class Thread:
     radius: float = 0.0889e-3
     coupling: str = "circumference"
     bends: bool = False
+    slack_share: float = 1e-4
 
     def __post_init__(self) -> None:
         for name in ("young_modulus", "radius"):

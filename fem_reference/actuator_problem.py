@@ -13,7 +13,7 @@ from fem_reference.problem import NewtonError, Problem
 from fem_reference.rod_frame import RodFrame
 from fem_reference.viscous_solid import ViscousSolid
 
-_WALL_MARGIN = 0.9
+_WALL_MARGIN = 0.6
 # Displacement above which a step follows the rod's turns instead of straight lines [mm], and the share of it
 # that stands for its tangent.
 _STRAIGHT = 0.02
@@ -40,7 +40,7 @@ class ActuatorProblem(Problem):
     noise = 5e-3
     nearby = 0.05
     exact = False
-    stride = 0.2
+    stride = 0.1
 
     def __init__(self, equations: ActuatorEquations) -> None:
         self.equations = equations

@@ -299,7 +299,10 @@ class CellEquations:
         x = frame.positions
         rod, walls = self.rod.response(x, series), self.walls.force(x)
         solid = self.solid.force(x)
-        parts = [solid if viscous is None else solid + viscous.force(x), self.thread.force(x, at.segment_tension)]
+        parts = [
+            solid if viscous is None else solid + viscous.force(x),
+            self.thread.force(x, at.segment_tension),
+        ]
         parts += [joints.force(x) for joints in self.joints]
         for p, chamber in zip(pressure, self.chambers, strict=True):
             parts += [-p * patch.gradient(x) for patch in chamber.patches]

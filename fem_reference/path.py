@@ -205,19 +205,36 @@ class PathFollower:
             _LOG.debug("a step of %.3g failed: %s", step, error)
             self._failed, self._unstable = True, isinstance(error, UnstableError)
             return False
+        _LOG.debug(
+            "a step of %.3g: %d iterations, the longest of %.2e mm", step, found.iterations, found.longest
+        )
         self._failed = False
+        back = [distance for _, distance in self._earlier]
         earlier = [(at, 0.0), *self._earlier][:_STATES]
-        self._earlier = [(state, back + step) for state, back in earlier] if step > 0.0 else []
+        self._earlier = [(state, distance + step) for state, distance in earlier] if step > 0.0 else []
         self.equilibrium, self.target = found, target
         self.iterations += found.iterations
-        # The way that is left to Newton's method grows with the cube of the step, after a parabola.
-        allowed = (self.problem.stride / found.longest) ** (1.0 / 3.0) if found.longest > 0.0 else math.inf
-        if found.iterations > _HARD or allowed < _SHRINK:
+        allowed = self._allowed_step(step, back, found.longest)
+        if found.iterations > _HARD or allowed < _SHRINK * step:
             self.step = step * _SHRINK
-        elif found.iterations <= _EASY or allowed < 1.0:
-            self.step = min(max(self.step, step) * _GROW, step * allowed, self._longest)
+        elif found.iterations <= _EASY or allowed < step:
+            self.step = min(max(self.step, step) * _GROW, allowed, self._longest)
             self._longest *= _FORGET
         return True
+
+    def _allowed_step(self, step: float, back: list[float], longest: float) -> float:
+        """Next step that leaves Newton's method a way of the problem's stride, where the last left ``longest``.
+
+        A polynomial through the states at 0 and −b misses by h ∏(h + b), times a derivative that is taken for
+        the same in both steps; ``back`` are b of the last step.
+        """
+        if len(back) < _STATES or math.isinf(self.problem.stride) or not longest > 0.0:
+            return math.inf
+        scale = longest / np.polyval(np.poly([0.0, *(-b for b in back)]), step)
+        ahead = np.poly([0.0, *(-b for _, b in self._earlier)])
+        ahead[-1] -= self.problem.stride / scale
+        roots = np.roots(ahead)
+        return float(roots[np.abs(roots.imag) <= 1e-9 * np.abs(roots)].real.max())
 
     def _predict(self, target: Any) -> Any:
         """Where the stiffness at hand takes the equilibrium under the new load, as far as nothing blocks.

@@ -84,7 +84,8 @@ class Problem(abc.ABC):
     nearby: float
     #: Whether an equilibrium must come with its own stiffness and factors, not those of a state nearby.
     exact: bool
-    #: Size of the longest step that a step of the load is to lead to [mm]; infinite where only their number counts.
+    #: Size of the longest step of Newton's method that a step of the load is to lead to [mm]; infinite where
+    #: it is the number of iterations alone that counts.
     stride: float
 
     @abc.abstractmethod

@@ -1,12 +1,14 @@
 """Thread embedded in the host mesh: straight elastic segments whose end points move with the hexahedra.
 
-A segment of rest length L0 has the energy EA/2 L0 (l/L0 − 1)². Its translations are interpolated from the
-host's nodes, as the paper's embedded elements do: those on the thread's axis, or their mean over its
-circumference. Lengths mm, forces N.
+A segment of rest length L0 has the energy EA/2 L0 (l/L0 − 1)², and in compression a small share of it: a yarn
+goes slack. A chain of bars would fold instead, and the sooner the shorter its segments are. Lengths mm,
+forces N.
 
-The difference is one of convergence. A line in a solid has no hold on it: under a line load the displacement
-grows without bound as elements shrink, like the logarithm of their size. The mean over the circumference of a
-thread of finite radius does converge, and is the same as long as elements are much larger than the thread.
+Its translations are interpolated from the host's nodes, as the paper's embedded elements do: those on the
+thread's axis, or their mean over its circumference. The difference is one of convergence. A line in a solid
+has no hold on it: under a line load the displacement grows without bound as elements shrink, like the
+logarithm of their size. The mean over the circumference of a thread of finite radius does converge, and is
+the same as long as elements are much larger than the thread.
 
 References
 ----------
@@ -98,7 +100,7 @@ class ThreadSegments:
         return np.linalg.norm(self._span(positions), axis=1) / self.rest_length - 1.0
 
     def stiffness(self, sign: Float[np.ndarray, " segments"]) -> Float[np.ndarray, " segments"]:
-        """EA of every segment [N], by the sign of its strain or tension."""
+        """Axial stiffness of every segment [N]: EA, or its share where strain or tension is negative."""
         return np.where(sign < 0.0, self._slack_share, 1.0) * self.axial_stiffness
 
     def tension(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, " segments"]:
@@ -130,7 +132,7 @@ class ThreadSegments:
     def force(
         self, positions: Float[np.ndarray, "nodes 3"], tension: Float[np.ndarray, " segments"] | None = None
     ) -> Float[np.ndarray, "segments dofs"]:
-        """Forces of the segments on their host nodes, those of `response`."""
+        """Forces of the segments on their host nodes, those of `response` at the same ``tension``."""
         span = self._span(positions)
         length = np.linalg.norm(span, axis=1)
         strain = length / self.rest_length - 1.0
@@ -151,7 +153,8 @@ class ThreadSegments:
         Parameters
         ----------
         positions : current positions of the nodes [mm].
-        tension : of the tangent's geometric part [N]; by default the constitutive one (exact Hessian).
+        tension : of the tangent's geometric part [N]; by default the constitutive one (exact Hessian). Its
+            sign says which branch of the law forces and tangents are of, taut or slack.
         """
         span = self._span(positions)
         length = np.linalg.norm(span, axis=1)

@@ -32,6 +32,7 @@ class Thread:
     coupling : what of the body a point of the thread moves with: the point on its ``axis``, or the mean over
         its ``circumference``, which converges under mesh refinement where the other does not.
     bends : whether it resists bending, as a solid wire of its radius would; a yarn does hardly.
+    slack_share : of its stiffness, what it has in compression: next to nothing, as a yarn goes slack.
     """
 
     young_modulus: float = 31067e6
@@ -45,6 +46,10 @@ class Thread:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise ValueError(f"{name}: got {value!r}, expected a positive finite number")
+        if not 0.0 < self.slack_share <= 1.0:
+            raise ValueError(
+                f"slack_share: got {self.slack_share!r}, expected a number above 0 and at most 1"
+            )
         if self.coupling not in COUPLINGS:
             raise ValueError(f"coupling: got {self.coupling!r}, expected one of {', '.join(COUPLINGS)}")
 

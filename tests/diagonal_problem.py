@@ -48,6 +48,7 @@ class Diagonal(Problem):
     noise = 0.0
     nearby = 0.0
     exact = True
+    stride = np.inf
 
     def __init__(self, force: Callable, stiffness: Callable, unknowns: int, reach: float) -> None:
         none = np.empty(0, np.int64)
@@ -63,7 +64,8 @@ class Diagonal(Problem):
     def linearise(self, at, target, viscous=None, before=None):
         self.stiffnesses += 1
         rate = 0.0 if viscous is None else viscous.rate
-        linear = Linearisation(np.empty(0), self._stiffness(at) + rate, walls_touch=False, pairs=None)
+        none = np.empty(0, bool)
+        linear = Linearisation(np.empty(0), self._stiffness(at) + rate, False, pairs=None, slack=none)
         return self.renewed(linear, at, target, viscous)
 
     def renewed(self, linear, at, target, viscous=None):
@@ -71,6 +73,9 @@ class Diagonal(Problem):
         if viscous is not None:
             residual = residual + viscous.rate * (at - viscous.origin)
         return replace(linear, residual=residual)
+
+    def keeps(self, linear, at):
+        return True
 
     def convex_contact(self, linear):
         return linear.data

@@ -87,6 +87,28 @@ def test_on_the_way_back_the_far_branch_is_kept_to_its_own_fold(jumps):
     assert len(jumps.loads) == 2
 
 
+def test_steps_of_the_load_leave_newtons_method_a_short_way(monkeypatch):
+    """On a spring of the force sinh x, to 100 N."""
+    longest: dict[float, list[float]] = {}
+    for stride in (np.inf, 0.01):
+        spring = Diagonal(np.sinh, np.cosh, 1, reach=20.0)
+        spring.stride = stride
+        sizes = longest[stride] = []
+
+        def solve(*arguments, sizes=sizes, **named):
+            found = solve_equilibrium(*arguments, **named)
+            sizes.append(found.longest)
+            return found
+
+        along = follower(spring, 0.0)
+        monkeypatch.setattr(path, "solve_equilibrium", solve)
+        found = along.follow(Push(np.full(1, 100.0)))
+        np.testing.assert_allclose(found.configuration, np.arcsinh(100.0), rtol=0, atol=SETTLED)
+    # The first steps have nothing to extrapolate from, and the next is chosen by the last.
+    assert max(longest[0.01][4:]) <= 2.0 * 0.01 < max(longest[np.inf][4:])
+    assert len(longest[np.inf]) < len(longest[0.01])
+
+
 def test_springs_that_do_not_snap_are_taken_along(jumps):
     """One snaps; the other, twice as strong, has its fold at twice the force."""
     strength = np.array([1.0, 2.0])

@@ -115,6 +115,28 @@ def test_a_uniform_stretch_of_the_host_stretches_every_segment_alike(thread, res
     assert thread.energy(1.002 * rest) == pytest.approx(energy, rel=1e-9)
 
 
+def test_in_compression_a_share_of_the_stiffness_is_left(mesh, rest):
+    made = [
+        ThreadSegments(mesh, DoubleHelix(), Thread(slack_share=share), RADIUS * 1e-3, PITCH * 1e-3, 18)
+        for share in (1e-4, 1.0)
+    ]
+    slack, bar = (thread.tension(0.998 * rest) for thread in made)
+    np.testing.assert_allclose(bar, -0.002 * Thread().axial_stiffness, rtol=1e-9)
+    np.testing.assert_allclose(slack, 1e-4 * bar, rtol=1e-12)
+    assert made[0].energy(0.998 * rest) == pytest.approx(1e-4 * made[1].energy(0.998 * rest), rel=1e-12)
+
+
+def test_a_step_makes_segments_slack_by_their_strain_and_taut_by_their_force(thread, rest):
+    """Either way the tension jumps by no more than the step has led to expect."""
+    stiffness, count = Thread().axial_stiffness, len(thread)
+    strain = np.linspace(-1e-3, 1e-3, count)
+    taut, slack = (sign * np.full(count, 1e-3) for sign in (1.0, -1.0))
+    after = thread.tension_after(rest, taut, strain * thread.rest_length)
+    np.testing.assert_allclose(after, np.where(strain < 0.0, 1e-4, 1.0) * stiffness * strain, rtol=1e-6)
+    after = thread.tension_after(rest, slack, strain * thread.rest_length)
+    np.testing.assert_allclose(after, 1e-4 * stiffness * strain, rtol=1e-6)
+
+
 def test_an_axial_stretch_of_the_host_pulls_at_the_helix_angle(thread, rest):
     """l²/L0² = cos²φ + λ² sin²φ, for a segment that climbs at angle φ."""
     climb = PITCH / TINY.around
@@ -170,20 +192,35 @@ def test_length_gradient_is_the_slope_of_the_lengths(thread, x, direction):
     moved = direction[thread.connectivity].reshape(len(thread), -1)
     # l = L0 (1 + T/EA).
     slope = difference(
-        lambda t: thread.tension(x + t * direction) * thread.rest_length / thread.axial_stiffness, STEP
+        lambda t: (
+            thread.tension(x + t * direction)
+            * thread.rest_length
+            / thread.stiffness(thread.tension(x + t * direction))
+        ),
+        STEP,
     )
     assert relative_error(np.einsum("sa,sa->s", gradient, moved), slope) <= 1e-9
 
 
-def test_a_given_tension_enters_the_tangent_alone(thread, x):
+def test_the_strain_here_makes_some_segments_slack(thread, x):
+    """So that what is tested at ``x`` is of both branches of the law."""
+    assert 0.2 < (thread.tension(x) < 0.0).mean() < 0.8
+
+
+def test_of_a_given_tension_the_sign_alone_enters_the_force(thread, x):
     own = thread.tension(x)
     force, stiffness, _ = thread.response(x)
     np.testing.assert_array_equal(thread.response(x, own)[1], stiffness)
-    slack = thread.response(x, np.zeros(len(thread)))
-    np.testing.assert_array_equal(slack[0], force)
+    light = thread.response(x, 1e-12 * own)
+    np.testing.assert_array_equal(light[0], force)
+    assert relative_error(thread.force(x, 1e-12 * own), force) <= 1e-12
     # Without tension only the stretch's EA/L0 along the segment is left: rank one.
-    rank = np.linalg.matrix_rank(slack[1], tol=1e-9 * np.abs(stiffness).max())
-    np.testing.assert_array_equal(rank, 1)
+    largest = np.abs(light[1]).max(axis=(1, 2))
+    ranks = [np.linalg.matrix_rank(k, tol=1e-6 * m) for k, m in zip(light[1], largest, strict=True)]
+    np.testing.assert_array_equal(ranks, 1)
+    other = thread.response(x, -own)[0]
+    share = np.where(own < 0.0, 1e4, 1e-4)
+    np.testing.assert_allclose(other, share[:, None] * force, rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -192,6 +229,8 @@ def test_a_given_tension_enters_the_tangent_alone(thread, x):
         (lambda: Thread(young_modulus=0.0), "young_modulus: got 0.0"),
         (lambda: Thread(young_modulus=np.inf), "young_modulus: got inf"),
         (lambda: Thread(radius=-1e-4), "radius: got -0.0001"),
+        (lambda: Thread(slack_share=0.0), "slack_share: got 0.0, expected a number above 0"),
+        (lambda: Thread(slack_share=1.5), "slack_share: got 1.5"),
         (lambda: Thread(coupling="glue"), "coupling: got 'glue', expected one of axis, circumference"),
     ],
 )

@@ -54,6 +54,17 @@ def test_chambers_two_and_three_are_mirror_images(short):
     assert second.bending_plane + third.bending_plane == pytest.approx(2.0 * math.pi, abs=3e-3)
 
 
+def test_at_equilibrium_segments_are_slack_where_they_are_shortened(short):
+    """The branch of a segment's law, its own while Newton's method iterates, is that of its strain."""
+    state = short.solve(ActuatorLoad(tip_moment=(2e-3, 0.0, 0.0)))
+    thread = short.equations.thread
+    tension = thread.tension(state.deformation.positions)
+    assert 0.1 < (tension < 0.0).mean() < 0.9
+    # A residual of 1e-9 N, or a last step of 1e-6 mm: of a slack segment's 0.04 N/mm next to nothing.
+    np.testing.assert_allclose(state.deformation.segment_tension, tension, rtol=0, atol=2e-6)
+    assert state.thread_tension == tension.max()
+
+
 def test_the_work_of_the_pressure_is_the_change_of_energy(short):
     """∫ p dV = p V − ∫ V dp, by Gauss–Legendre quadrature of V(p); both sides to 1e-6."""
     top = 12e3

@@ -29,7 +29,7 @@ _BELOW_FAILED, _FORGET = 0.7, 1.1
 _SMALLEST = 0.05
 # Earlier states kept for extrapolation, and the largest sum of absolute weights beyond a straight line.
 _STATES = 2
-_AMPLIFICATION = 8.0
+_AMPLIFICATION = 13.0
 _PREDICTOR_CUTS = 6
 # How often a step is halved before the body is left to creep to its load.
 _HALVINGS = 2
@@ -223,7 +223,7 @@ class PathFollower:
         return True
 
     def _allowed_step(self, step: float, back: list[float], longest: float) -> float:
-        """Next step that leaves Newton's method a way of the problem's stride, where the last left ``longest``.
+        """Next step that leaves Newton's method the problem's stride, where the last left ``longest``.
 
         A polynomial through the states at 0 and −b misses by h ∏(h + b), times a derivative that is taken for
         the same in both steps; ``back`` are b of the last step.

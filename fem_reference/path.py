@@ -218,7 +218,8 @@ class PathFollower:
         if found.iterations > _HARD or allowed < _SHRINK * step:
             self.step = step * _SHRINK
         elif found.iterations <= _EASY or allowed < step:
-            self.step = min(max(self.step, step) * _GROW, allowed, self._longest)
+            # A step that was cut short by a goal says little of a longer one.
+            self.step = min(max(self.step, step * _GROW), allowed, self._longest)
             self._longest *= _FORGET
         return True
 

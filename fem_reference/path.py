@@ -27,9 +27,10 @@ _GROW, _SHRINK = 1.6, 0.6
 # The longest step after one that failed, and how it grows again with every easy one.
 _BELOW_FAILED, _FORGET = 0.7, 1.1
 _SMALLEST = 0.05
-# Earlier states kept for extrapolation, and the largest sum of absolute weights beyond a straight line.
+# Earlier states kept for extrapolation, and the largest sum of absolute weights beyond a straight line; where
+# a step is chosen by what a parabola leaves, one that may still be half as long again as the last.
 _STATES = 2
-_AMPLIFICATION = 13.0
+_AMPLIFICATION, _AMPLIFICATION_BY_STRIDE = 8.0, 13.0
 _PREDICTOR_CUTS = 6
 # How often a step is halved before the body is left to creep to its load.
 _HALVINGS = 2
@@ -218,8 +219,7 @@ class PathFollower:
         if found.iterations > _HARD or allowed < _SHRINK * step:
             self.step = step * _SHRINK
         elif found.iterations <= _EASY or allowed < step:
-            # A step that was cut short by a goal says little of a longer one.
-            self.step = min(max(self.step, step * _GROW), allowed, self._longest)
+            self.step = min(max(self.step, step) * _GROW, allowed, self._longest)
             self._longest *= _FORGET
         return True
 
@@ -265,6 +265,8 @@ class PathFollower:
             float(np.prod([(step - other) / (node - other) for other in np.delete(nodes, i)]))
             for i, node in enumerate(nodes)
         ]
-        if degree > 1 and np.abs(weights).sum() > _AMPLIFICATION:
+        by_iterations = math.isinf(self.problem.stride)
+        most = _AMPLIFICATION if by_iterations else _AMPLIFICATION_BY_STRIDE
+        if degree > 1 and np.abs(weights).sum() > most:
             return None
         return self.problem.mean([self.equilibrium.configuration, *states], weights)

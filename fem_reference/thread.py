@@ -1,8 +1,8 @@
 """Thread embedded in the host mesh: straight elastic segments whose end points move with the hexahedra.
 
-A segment of rest length L0 has the energy EA/2 L0 (l/L0 − 1)², and in compression a small share of it: a yarn
-goes slack. A chain of bars would fold instead, and the sooner the shorter its segments are. Lengths mm,
-forces N.
+A segment of rest length L0 has the energy EA/2 L0 (l/L0 − 1)², and in compression that or a share of it, if
+it is a yarn that goes slack. A chain of bars folds instead, and the sooner the shorter its segments are.
+Lengths mm, forces N.
 
 Its translations are interpolated from the host's nodes, as the paper's embedded elements do: those on the
 thread's axis, or their mean over its circumference. The difference is one of convergence. A line in a solid

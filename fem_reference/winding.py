@@ -32,14 +32,15 @@ class Thread:
     coupling : what of the body a point of the thread moves with: the point on its ``axis``, or the mean over
         its ``circumference``, which converges under mesh refinement where the other does not.
     bends : whether it resists bending, as a solid wire of its radius would; a yarn does hardly.
-    slack_share : of its stiffness, what it has in compression: next to nothing, as a yarn goes slack.
+    slack_share : of its stiffness, what it has in compression: all of it, as the paper's truss, or next to
+        nothing, such as 1e-4, as a yarn that goes slack.
     """
 
     young_modulus: float = 31067e6
     radius: float = 0.0889e-3
     coupling: str = "circumference"
     bends: bool = False
-    slack_share: float = 1e-4
+    slack_share: float = 1.0
 
     def __post_init__(self) -> None:
         for name in ("young_modulus", "radius"):

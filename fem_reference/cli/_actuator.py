@@ -27,6 +27,7 @@ from fem_reference.cli._arguments import (
     with_flags,
 )
 from fem_reference.progress import track_actuator
+from fem_reference.winding import Thread
 
 _STEP_KPA = 5.0
 
@@ -47,6 +48,13 @@ def add_command(commands: Any) -> None:
         "--bonded",
         default="cap",
         help=f"cavity bonded to the rod in: {', '.join(BONDS)} (default: %(default)s)",
+    )
+    add(
+        "--slack-share",
+        nargs="+",
+        default=["1"],
+        metavar="S",
+        help="of the thread's stiffness, what it has in compression; 1e-4 for a yarn (default: 1)",
     )
     add("--run", metavar="DIR", help="keep every load step there; go on from the last one if it was killed")
     add("--json", action="store_true", help="print one JSON object and nothing else")
@@ -69,7 +77,12 @@ def _actuator(options: argparse.Namespace) -> int:
         winding = read_winding(options)
         loads = _ramp(_load(options))
         actuator = Actuator(
-            read_geometry(options), winding, options.elements, density=density, bonded=options.bonded
+            read_geometry(options),
+            winding,
+            options.elements,
+            thread=Thread(slack_share=numbers("--slack-share", options.slack_share, 1, "-")[0]),
+            density=density,
+            bonded=options.bonded,
         )
         states = actuator.follow(loads)
         if options.run is not None:

@@ -117,6 +117,7 @@ def with_flags(message: str) -> str:
         "density": "--density-kg-per-m3",
         "run": "--run",
         "outer_wall_variation": "--outer-wall-variation",
+        "slack_share": "--slack-share",
     }
     name, _, rest = message.partition(":")
     return f"{flags.get(name, name)}:{rest}"

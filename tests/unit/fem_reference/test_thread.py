@@ -28,7 +28,7 @@ def mesh(request) -> BodyMesh:
 
 @pytest.fixture(scope="module", params=COUPLINGS)
 def thread(mesh, request) -> ThreadSegments:
-    coupled = Thread(coupling=request.param)
+    coupled = Thread(coupling=request.param, slack_share=1e-4)
     return ThreadSegments(mesh, DoubleHelix(), coupled, RADIUS * 1e-3, PITCH * 1e-3, TINY.around)
 
 

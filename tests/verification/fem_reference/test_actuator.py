@@ -9,6 +9,7 @@ import pytest
 from fem_reference import Actuator, ActuatorGeometry, ActuatorLoad, Load, PeriodCell
 from fem_reference.actuator_run import ActuatorRun, RunError
 from fem_reference.actuator_shape import bending
+from fem_reference.winding import Thread
 from tests.fem_fixtures import TINY
 
 SHORT = ActuatorGeometry(body_length=9e-3, cap_length=3e-3)
@@ -56,13 +57,17 @@ def test_chambers_two_and_three_are_mirror_images(short):
 
 def test_at_equilibrium_segments_are_slack_where_they_are_shortened(short):
     """The branch of a segment's law, its own while Newton's method iterates, is that of its strain."""
-    state = short.solve(ActuatorLoad(tip_moment=(2e-3, 0.0, 0.0)))
-    thread = short.equations.thread
+    load = ActuatorLoad(tip_moment=(2e-3, 0.0, 0.0))
+    yarn = Actuator(SHORT, level=TINY, thread=Thread(slack_share=1e-4))
+    state = yarn.solve(load)
+    thread = yarn.equations.thread
     tension = thread.tension(state.deformation.positions)
     assert 0.1 < (tension < 0.0).mean() < 0.9
     # A residual of 1e-9 N, or a last step of 1e-6 mm: of a slack segment's 0.04 N/mm next to nothing.
     np.testing.assert_allclose(state.deformation.segment_tension, tension, rtol=0, atol=2e-6)
     assert state.thread_tension == tension.max()
+    # Bars push where the yarn does not.
+    assert state.bending_angle > 1.01 * short.solve(load).bending_angle
 
 
 def test_the_work_of_the_pressure_is_the_change_of_energy(short):

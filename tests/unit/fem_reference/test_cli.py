@@ -109,6 +109,14 @@ def test_bad_input_exits_2_with_one_line(arguments, flag, came, capsys):
     assert "expected" in line
 
 
+@pytest.mark.parametrize(("share", "came"), [("0", "0.0"), ("2", "2.0"), ("soft", "'soft'")])
+def test_an_impossible_thread_is_refused_by_its_flag(share, came, capsys):
+    assert main(["actuator", "--pressure-kpa", "1", "0", "0", "--slack-share", share]) == 2
+    out, told = capsys.readouterr()
+    assert out == ""
+    assert f"--slack-share: got {came}" in told
+
+
 def test_the_actuator_writes_every_load_step_as_a_series(tmp_path, capsys, monkeypatch):
     """On a short body of few elements, which the command's flags do not offer."""
     short = ActuatorGeometry(body_length=3e-3, cap_length=2e-3)

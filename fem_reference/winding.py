@@ -32,8 +32,8 @@ class Thread:
     coupling : what of the body a point of the thread moves with: the point on its ``axis``, or the mean over
         its ``circumference``, which converges under mesh refinement where the other does not.
     bends : whether it resists bending, as a solid wire of its radius would; a yarn does hardly.
-    slack_share : of its stiffness, what it has in compression: all of it, as the paper's truss, or next to
-        nothing, such as 1e-4, as a yarn that goes slack.
+    slack_share : of its stiffness, what it has in compression: all of it, as of a truss, or next to nothing,
+        such as 1e-4, as of a yarn that goes slack.
     """
 
     young_modulus: float = 31067e6

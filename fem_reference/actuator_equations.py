@@ -285,7 +285,7 @@ class ActuatorEquations:
             data=data,
             walls_touch=walls is not None,
             pairs=None if walls is None else walls[2],
-            slack=at.segment_tension < 0.0,
+            slack=self.thread.slack(at.segment_tension),
             positions=x,
             force=force,
             load_columns=columns,

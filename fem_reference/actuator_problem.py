@@ -75,7 +75,7 @@ class ActuatorProblem(Problem):
 
     def keeps(self, linear: ActuatorLinearisation, at: Deformation) -> bool:
         """See `Problem.keeps`."""
-        return bool(((at.segment_tension < 0.0) == linear.slack).all())
+        return bool((self.equations.thread.slack(at.segment_tension) == linear.slack).all())
 
     def convex_contact(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
         """See `ActuatorEquations.convex_contact`."""

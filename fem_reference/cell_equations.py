@@ -280,7 +280,7 @@ class CellEquations:
             volume=np.array([c.volume(x) for c in self.chambers]),
             walls_touch=walls is not None,
             pairs=None if walls is None else walls[2],
-            slack=at.segment_tension < 0.0,
+            slack=self.thread.slack(at.segment_tension),
             frame=frame,
             volume_gradient=solid[2],
             length_gradient=thread[2],

@@ -104,7 +104,7 @@ class CellProblem(Problem):
 
     def keeps(self, linear: CellLinearisation, at: Configuration) -> bool:
         """See `Problem.keeps`."""
-        return bool(((at.segment_tension < 0.0) == linear.slack).all())
+        return bool((self.equations.thread.slack(at.segment_tension) == linear.slack).all())
 
     def convex_contact(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
         """See `CellEquations.convex_contact`."""

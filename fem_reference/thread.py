@@ -18,7 +18,7 @@ beams into 3D solid volumes, Comput. Mech. 66.
 """
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from fem_reference.embedding import embed_circles, embed_points, merged
 from fem_reference.mesh import BodyMesh
@@ -99,9 +99,13 @@ class ThreadSegments:
     def _strain(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, " segments"]:
         return np.linalg.norm(self._span(positions), axis=1) / self.rest_length - 1.0
 
+    def slack(self, tension: Float[np.ndarray, " segments"]) -> Bool[np.ndarray, " segments"]:
+        """Which segments are slack, by the sign of their strain or tension; bars never are."""
+        return (tension < 0.0) & (self._slack_share < 1.0)
+
     def stiffness(self, sign: Float[np.ndarray, " segments"]) -> Float[np.ndarray, " segments"]:
         """Axial stiffness of every segment [N]: EA, or its share where strain or tension is negative."""
-        return np.where(sign < 0.0, self._slack_share, 1.0) * self.axial_stiffness
+        return np.where(self.slack(sign), self._slack_share, 1.0) * self.axial_stiffness
 
     def tension(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, " segments"]:
         """Constitutive tension [N]."""

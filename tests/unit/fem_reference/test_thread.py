@@ -123,6 +123,8 @@ def test_in_compression_a_share_of_the_stiffness_is_left(mesh, rest):
     slack, bar = (thread.tension(0.998 * rest) for thread in made)
     np.testing.assert_allclose(bar, -0.002 * Thread().axial_stiffness, rtol=1e-9)
     np.testing.assert_allclose(slack, 1e-4 * bar, rtol=1e-12)
+    assert made[0].slack(slack).all()
+    assert not made[1].slack(bar).any()
     assert made[0].energy(0.998 * rest) == pytest.approx(1e-4 * made[1].energy(0.998 * rest), rel=1e-12)
 
 

@@ -193,7 +193,8 @@ def _iterate(
         steady = viscous is None and not convex and fraction == 1.0 and iteration > 0
         near = fraction == 1.0 and iteration > 0 and size <= _ROUGH * problem.nearby
         if on_the_way and near and (not convex or force <= _ROUGH_FORCE):
-            left = inertia if convex or excess is None else min(excess, inertia)
+            # A solver that does not tell the inertia is never led to convex contact.
+            left = inertia if convex else None if excess is None else min(excess, inertia)
             return Equilibrium(at, None, iteration + 1, force, left, convex=convex)
         if steady and size <= problem.nearby and problem.keeps(linear, at):
             at, linear, force, balanced = _keep_stiffness(problem, solver, target, at, linear, size)

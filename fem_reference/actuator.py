@@ -17,9 +17,10 @@ from fem_reference.geometry import ActuatorGeometry
 from fem_reference.linear_solver import SymmetricSolver, default_solver
 from fem_reference.material import Ogden
 from fem_reference.newton import solve_equilibrium
-from fem_reference.path import PathError, PathFollower, PathMemory
+from fem_reference.path import PathError, PathMemory
 from fem_reference.problem import Equilibrium, NewtonError
 from fem_reference.section import MeshLevel, mesh_level
+from fem_reference.volume_path import VolumePathFollower
 from fem_reference.winding import DoubleHelix, Thread, Winding
 
 #: Density of silicone [kg/m³].
@@ -28,8 +29,8 @@ DENSITY = 1070.0
 BONDS = ("cap", "tip", "all")
 _MM = 1e3
 _MPA = 1e6
-# Length of the first step of a path, in the target's measure: about 2 kPa.
-_FIRST_STEP = 2.0
+# Length of the first step of a path, in the measure of volume: 1.5 kPa in one chamber.
+_FIRST_STEP = 4.0
 
 
 @dataclass(frozen=True)
@@ -201,15 +202,17 @@ class Actuator:
                 f"the actuator did not converge: {error}", self._last(error, follower)
             ) from error
 
-    def _follower(self, start: ActuatorState | None) -> PathFollower:
+    def _follower(self, start: ActuatorState | None) -> VolumePathFollower:
         if start is None:
             target = ActuatorLoad().target()
             here = solve_equilibrium(self._problem, self._solver, target, self.equations.rest())
-            return PathFollower(self._problem, self._solver, here, target, _FIRST_STEP)
+            return VolumePathFollower(self._problem, self._solver, here, target, _FIRST_STEP)
         here = Equilibrium(start.deformation, None, 0, start.settled.residual, None)
-        return PathFollower(self._problem, self._solver, here, start.load.target(), start.settled.memory)
+        return VolumePathFollower(
+            self._problem, self._solver, here, start.load.target(), start.settled.memory
+        )
 
-    def _last(self, error: PathError, follower: PathFollower) -> ActuatorState:
+    def _last(self, error: PathError, follower: VolumePathFollower) -> ActuatorState:
         last = error.last
         if last.linear is None:
             last = replace(last, linear=self._problem.linearise(last.configuration, error.target))
@@ -217,7 +220,7 @@ class Actuator:
         return self.state(_load_of(error.target), last.configuration, settled)
 
     def _settled(
-        self, found: Equilibrium, target: ActuatorTarget, iterations: int, follower: PathFollower
+        self, found: Equilibrium, target: ActuatorTarget, iterations: int, follower: VolumePathFollower
     ) -> Settled:
         reaction = self.equations.reaction(found.linear, target)
         return Settled(

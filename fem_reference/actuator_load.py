@@ -41,6 +41,11 @@ class ActuatorTarget:
         pressure, tip_force, tip_moment, gravity = mixed
         return ActuatorTarget(pressure, tip_force, tip_moment, gravity, other.follower)
 
+    def differs_by_pressure(self, other: "ActuatorTarget") -> bool:
+        """Whether all loads but the pressures are the same."""
+        pairs = zip(self._vectors()[1:], other._vectors()[1:], strict=True)
+        return self.follower == other.follower and all(bool((a == b).all()) for a, b in pairs)
+
     def to(self, other: "ActuatorTarget") -> Float[np.ndarray, " loads"]:
         """Change of load, in units that strain the actuator about alike."""
         pairs = zip(self._vectors(), other._vectors(), _UNITS, strict=True)

@@ -1,4 +1,7 @@
-"""The full actuator as a problem for Newton's method: its steps, and what blocks them."""
+"""The full actuator as a problem for Newton's method: its steps, and what blocks them.
+
+The tip load's own stiffness, of rank three and not symmetric, enters by the Woodbury formula.
+"""
 
 from dataclasses import replace
 
@@ -100,14 +103,25 @@ class ActuatorProblem(Problem):
     def newton_step(
         self, solver: SymmetricSolver, linear: ActuatorLinearisation, target: ActuatorTarget
     ) -> ActuatorStep:
-        """Step with the tip load's own stiffness, by the Woodbury formula."""
+        """See `Problem.newton_step`."""
+        return self.step(self.solve(solver, linear, -linear.residual[:, None])[:, 0], linear)
+
+    def solve(
+        self,
+        solver: SymmetricSolver,
+        linear: ActuatorLinearisation,
+        right: Float[np.ndarray, "q columns"],
+    ) -> Float[np.ndarray, "q columns"]:
+        """Solve for every column, with the tip load's own stiffness."""
         if linear.load_columns is None:
-            free = solver.solve(-linear.residual[:, None])[:, 0]
-        else:
-            solution = solver.solve(np.column_stack([-linear.residual, linear.load_columns]))
-            rows = linear.load_rows
-            turn = np.linalg.solve(np.eye(3) - rows @ solution[:, 1:], rows @ solution[:, 0])
-            free = solution[:, 0] + solution[:, 1:] @ turn
+            return solver.solve(right)
+        count, rows = right.shape[1], linear.load_rows
+        solution = solver.solve(np.column_stack([right, linear.load_columns]))
+        bare, loaded = solution[:, :count], solution[:, count:]
+        return bare + loaded @ np.linalg.solve(np.eye(3) - rows @ loaded, rows @ bare)
+
+    def step(self, free: Float[np.ndarray, " q"], linear: ActuatorLinearisation) -> ActuatorStep:
+        """A step from the displacements of what is free."""
         positions = np.zeros_like(linear.positions)
         positions.ravel()[self.equations.free] = free
         return ActuatorStep(positions)
@@ -137,15 +151,13 @@ class ActuatorProblem(Problem):
 
     def allowed(self, linear: ActuatorLinearisation, trial: Deformation) -> float:
         """Share of a trial step before walls meet; half, where the rod or an element blocks it."""
-        equations = self.equations
-        limit = self._step_limit(linear.positions, trial.positions)
-        if limit < 1.0:
-            return _WALL_MARGIN * limit
-        good = (
-            equations.contact.admissible(trial.positions)
-            and equations.solid.dilatation(trial.positions)[:, 0].min() > -0.9
-        )
-        return 1.0 if good else 0.5
+        return self._share(linear.positions, trial.positions, -0.9)
+
+    def held_apart(self, at: Deformation, trial: Deformation) -> Deformation:
+        """The trial with walls that it lets pass through each other held apart, seen from the rod."""
+        start, end = (self._frame.straightened(d.positions) for d in (at, trial))
+        held = self.equations.walls.held_apart(start, end)
+        return trial if held is None else replace(trial, positions=self._frame.moved(trial.positions, held))
 
     def mean(self, states: list[Deformation], weights: list[float]) -> Deformation:
         """Weighted mean, taken in the frame of the rod."""
@@ -168,17 +180,29 @@ class ActuatorProblem(Problem):
 
     def may_start(self, at: Deformation, guess: Deformation) -> bool:
         """Whether an extrapolated deformation is one that Newton's method can start from."""
-        equations = self.equations
-        return (
-            equations.contact.admissible(guess.positions)
-            and equations.solid.dilatation(guess.positions)[:, 0].min() > -0.5
-            and self._step_limit(at.positions, guess.positions) >= 1.0
-        )
+        return self.start_share(at, guess) >= 1.0
 
-    def _step_limit(self, start: Float[np.ndarray, "points 3"], end: Float[np.ndarray, "points 3"]) -> float:
-        """Share of a step before walls meet, seen from the rod.
+    def start_share(self, at: Deformation, guess: Deformation) -> float:
+        """Share of the way to an extrapolated deformation that Newton's method may start from."""
+        return self._share(at.positions, guess.positions, -0.5)
+
+    def _share(
+        self,
+        start: Float[np.ndarray, "points 3"],
+        end: Float[np.ndarray, "points 3"],
+        least_dilatation: float,
+    ) -> float:
+        """Share of a step before walls meet; half, where the rod or an element blocks it.
 
         Sections move by millimetres, the walls in them by hundredths: seen from the rod, the search has a
         hundredth of the pairs to look at.
         """
-        return self.equations.walls.step_limit(self._frame.straightened(start), self._frame.straightened(end))
+        equations = self.equations
+        limit = equations.walls.step_limit(self._frame.straightened(start), self._frame.straightened(end))
+        if limit < 1.0:
+            return _WALL_MARGIN * limit
+        good = (
+            equations.contact.admissible(end)
+            and equations.solid.dilatation(end)[:, 0].min() > least_dilatation
+        )
+        return 1.0 if good else 0.5

@@ -18,6 +18,7 @@ from fem_reference.actuator_equations import Deformation
 from fem_reference.actuator_load import ActuatorLoad
 from fem_reference.actuator_record import state_record
 from fem_reference.path import PathMemory
+from fem_reference.volume_led import Filled
 
 _FIELDS = tuple(Deformation.__dataclass_fields__)
 
@@ -102,7 +103,11 @@ class ActuatorRun:
             "longest_step": memory.longest,
             "back": np.array([back for _, back in memory.earlier]),
         }
-        deformations = [state.deformation, *(deformation for deformation, _ in memory.earlier)]
+        earlier = [behind for behind, _ in memory.earlier]
+        # NaN for states of a path that was not led by volume.
+        arrays["pressures"] = np.array([b.pressure if isinstance(b, Filled) else np.nan for b in earlier])
+        deformations = [state.deformation]
+        deformations += [b.deformation if isinstance(b, Filled) else b for b in earlier]
         for k, deformation in enumerate(deformations):
             arrays |= {f"{name}_{k}": getattr(deformation, name) for name in _FIELDS}
         # The record first: a step counts as done once its checkpoint names it.
@@ -123,7 +128,11 @@ class ActuatorRun:
             deformations = [
                 Deformation(*(held[f"{name}_{k}"] for name in _FIELDS)) for k in range(len(held["back"]) + 1)
             ]
-            earlier = list(zip(deformations[1:], (float(b) for b in held["back"]), strict=True))
+            behind = [
+                deformation if np.isnan(pressure) else Filled(deformation, float(pressure))
+                for deformation, pressure in zip(deformations[1:], held["pressures"], strict=True)
+            ]
+            earlier = list(zip(behind, (float(b) for b in held["back"]), strict=True))
             settled = Settled(
                 base_force=held["base"][:3],
                 base_moment=held["base"][3:],

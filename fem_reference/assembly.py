@@ -51,6 +51,7 @@ class SparsePattern:
             sparse.csc_matrix((np.ones(len(inverse)), (inverse, chosen)), shape=(len(places), size))
             for (places, inverse), chosen, size in zip(merged, chosen_of, sizes, strict=True)
         ]
+        self._own = keys, self._places
         self._set(keys)
 
     def _set(self, keys: Int[np.ndarray, " nonzeros"]) -> None:
@@ -73,11 +74,13 @@ class SparsePattern:
         columns: Int[np.ndarray, " n"],
         ahead: Callable[[], tuple[Int[np.ndarray, " m"], Int[np.ndarray, " m"]]],
     ) -> None:
-        """Add these entries if some are lacking, and then those that may soon be needed with them.
+        """Have these entries: where some are lacking, with those that may soon be needed, and no others.
 
-        Each new pattern has the matrix analysed anew.
+        Each new pattern has the matrix analysed anew; what is not needed any more would fill its factors.
         """
         if self._missing(rows, columns).size:
+            keys, self._places = self._own
+            self._set(keys)
             self.extend(*ahead())
             self.extend(rows, columns)
 

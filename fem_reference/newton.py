@@ -31,8 +31,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 
+from fem_reference.damping import Damping, Stretch
 from fem_reference.linear_solver import SingularMatrixError, SymmetricSolver
 from fem_reference.problem import Equilibrium, NewtonError, Problem, UnstableError
 
@@ -71,19 +71,16 @@ _FLOOR = 0.1
 # Damped steps beyond the problem's reach with which the method gives up, and how often in a row they may
 # grow: a matrix that is stiffer than the true one leads to a minimum, if slowly, and away from a saddle.
 _TOO_LONG, _GROWING = 3, 6
-# Damped steps with which it gives up: so long a way may well end on another branch.
-_MOST_DAMPED = 8
 # Steps with a stiffness that is kept: how many, and how fast they must shrink.
 _KEPT_ITERATIONS = 8
-# Share of that size with which an equilibrium on the way to another ends; and the force [N] below which it
-# may do so with a matrix that was made convex.
-_ROUGH, _ROUGH_FORCE = 0.2, 5e-2
+# Share of that size with which an equilibrium on the way to another ends; of what the next step would be, if
+# steps shrink on as they do; and the force [N] below which it may do so with a matrix that was made convex.
+_ROUGH, _ROUGH_NEXT, _ROUGH_FORCE = 0.2, 0.04, 5e-2
 _KEPT_CONTRACTION = 0.2
-# Residual [N] above which the inertia must be right; iterations in which viscosity may see to that; and its
-# rates, as shares of the silicone's stiffness at rest.
+# Residual [N] above which the inertia must be right.
 _INERTIA_ABOVE = 1e-4
-_DAMPED_ITERATIONS = 6
-_FIRST_RATE, _RATE_FACTOR, _LAST_RATE = 0.2, 4.0, 10.0
+# Share of the size below which a stiffness is kept below which one with convex contact is.
+_KEPT_CONVEX = 0.1
 
 
 def solve_equilibrium(
@@ -136,28 +133,31 @@ def _iterate(
     last: _Taken | None = None
     before: Any = None
     first = 0.0
-    damping = _Damping(problem, solver, inertia, 0 if viscous is not None else _DAMPED_ITERATIONS)
+    damping, stretch = Damping(problem, solver, inertia, viscous is None), Stretch()
     size, excess, too_long, growing = np.inf, None, 0, 0
+    # Whether contact stays convex to the end, as the stiffness was seen to have more negative pivots nearby.
+    convex_to_the_end = False
     for iteration in range(MAX_ITERATIONS if viscous is None else _CREEP_ITERATIONS):
         linear = problem.linearise(at, target, viscous, before)
         force, moment = _imbalance(problem, linear, target, iteration)
         try:
             # Far from equilibrium a matrix that was not the branch's is not likely to be so one step on.
-            if not (convex and (on_the_way or size > problem.nearby)):
+            if not (convex and (on_the_way or convex_to_the_end or size > problem.nearby)):
                 negative = solver.factorise(problem.pattern.matrix(linear.data), problem.pattern.revision)
-                excess = None if negative is None else negative - problem.constraints
+                excess = problem.excess(solver, linear, negative)
                 if force <= FORCE_TOLERANCE and moment <= MOMENT_TOLERANCE:
                     return _settled(problem, solver, at, linear, iteration, force, excess)
                 convex = excess is not None and excess > inertia and force > _INERTIA_ABOVE
+                convex_to_the_end = convex and not problem.exact and size <= problem.nearby
             if convex:
                 damping.factorise(at, linear)
             step = problem.newton_step(solver, linear, target)
-            before, size = size, problem.size(step, linear)
+            last_size, size = size, problem.size(step, linear)
             sizes.append(size)
             if not convex and last is not None and last.overshot(size, problem.reach):
                 _LOG.debug("the step would grow to %.2e mm: the last one is halved", size)
                 last, before = last.halved(), last.linear
-                at = _admissible_part(problem, last.origin, last.step, last.linear, last.fraction)
+                at, _ = _admissible_part(problem, last.origin, last.step, last.linear, last.fraction)
                 continue
         except SingularMatrixError as error:
             raise NewtonError(f"iteration {iteration}: {error}") from error
@@ -173,7 +173,7 @@ def _iterate(
         too_long += convex and size > problem.reach
         if too_long == _TOO_LONG:
             raise NewtonError(f"{too_long} steps of more than {problem.reach} mm with another stiffness")
-        growing = growing + 1 if convex and size > before > 0.0 else 0
+        growing = growing + 1 if problem.exact and convex and size > last_size > 0.0 else 0
         if growing > _GROWING:
             raise UnstableError(f"{growing} steps with another stiffness grow, each from the one before")
         stalled = iteration >= _SETTLING and last is not None and size > _CONTRACTION * last.size
@@ -186,18 +186,26 @@ def _iterate(
         # The first step sets the tension of the threads by the residual of their stretch; the next, free of
         # it, may well be longer.
         last = None if convex or iteration == 0 else _Taken(at, step, linear, size, fraction)
-        at, before = _admissible_part(problem, at, step, linear, fraction), linear
+        if convex and not problem.exact and viscous is None and fraction == 1.0:
+            fraction = stretch.factor(step.positions)
+        else:
+            stretch.forget()
+        (at, whole), before = _admissible_part(problem, at, step, linear, fraction), linear
         if viscous is not None and iteration > 0 and size <= max(problem.noise, _CREEP_ACCURACY * first):
             return Equilibrium(at, None, iteration + 1, force, None)
         # The first stiffness still has the threads' old tension in it.
-        steady = viscous is None and not convex and fraction == 1.0 and iteration > 0
-        near = fraction == 1.0 and iteration > 0 and size <= _ROUGH * problem.nearby
-        if on_the_way and near and (not convex or force <= _ROUGH_FORCE):
+        if not (whole and fraction == 1.0 and iteration > 0):
+            continue
+        if on_the_way and _is_near(problem, size, last_size) and (not convex or force <= _ROUGH_FORCE):
             # A solver that does not tell the inertia is never led to convex contact.
             left = inertia if convex else None if excess is None else min(excess, inertia)
             return Equilibrium(at, None, iteration + 1, force, left, convex=convex)
-        if steady and size <= problem.nearby and problem.keeps(linear, at):
+        if viscous is not None or (convex and not convex_to_the_end):
+            continue
+        if size <= problem.nearby * (_KEPT_CONVEX if convex else 1.0) and problem.keeps(linear, at):
             at, linear, force, balanced = _keep_stiffness(problem, solver, target, at, linear, size)
+            if balanced and convex:
+                return Equilibrium(at, linear, iteration + 1, force, inertia, convex=True)
             # Negative pivots are judged by the stiffness here, not by one nearby.
             if balanced and not problem.exact and not excess:
                 return _settled(problem, solver, at, linear, iteration + 1, force, excess)
@@ -206,6 +214,13 @@ def _iterate(
         + ", ".join(f"{r:.1e}" for r in history[-3:])
         + " N"
     )
+
+
+def _is_near(problem: Problem, size: float, last_size: float) -> bool:
+    """Whether a step leaves so little that its end is good enough on the way to another equilibrium."""
+    ahead = size * min(1.0, size / last_size) if last_size > 0.0 else size
+    soon = not problem.exact and size <= problem.nearby and ahead <= _ROUGH_NEXT * problem.nearby
+    return soon or size <= _ROUGH * problem.nearby
 
 
 def _imbalance(problem: Problem, linear: Any, target: Any, iteration: int) -> tuple[float, float]:
@@ -240,7 +255,7 @@ def _keep_stiffness(
         if size > sizes[-1] or (len(sizes) > 1 and size > _KEPT_CONTRACTION * sizes[-2]):
             break
         sizes.append(size)
-        at = _admissible_part(problem, at, step, linear, 1.0)
+        at, _ = _admissible_part(problem, at, step, linear, 1.0)
         if not problem.keeps(linear, at):
             break
     return at, linear, force, False
@@ -278,7 +293,7 @@ def _settled(
     if excess:
         data = problem.convex_contact(linear)
         excess = solver.factorise(problem.pattern.matrix(data), problem.pattern.revision)
-        excess = None if excess is None else excess - problem.constraints
+        excess = problem.excess(solver, linear, excess)
         solver.factorise(problem.pattern.matrix(linear.data), problem.pattern.revision)
     return Equilibrium(at, linear, iterations, force, excess)
 
@@ -292,60 +307,21 @@ def _at_noise(problem: Problem, step: Any, force: float, moment: float) -> bool:
     )
 
 
-class _Damping:
-    """Matrices of the branch's inertia where the stiffness has another: convex contact, then viscosity.
+def _admissible_part(problem: Problem, at: Any, step: Any, linear: Any, fraction: float) -> tuple[Any, bool]:
+    """The longest admissible part of a step: no wall crossed, no node in the rod, no element inverted.
 
-    Parameters
-    ----------
-    problem, solver : what, and by what.
-    inertia : of the branch.
-    left : iterations in which viscosity may be added.
+    Told with it is whether nothing was in the way.
     """
-
-    def __init__(self, problem: Problem, solver: SymmetricSolver, inertia: int, left: int) -> None:
-        self._problem, self._solver = problem, solver
-        self._allowed = problem.constraints + inertia
-        self._left = left
-        self._rate = _FIRST_RATE
-        self._steps = 0
-
-    def factorise(self, at: Any, linear: Any) -> None:
-        """Leave the factors of such a matrix in the solver, or raise an `UnstableError`."""
-        self._steps += 1
-        if self._steps > _MOST_DAMPED:
-            raise UnstableError(f"no equilibrium after {_MOST_DAMPED} steps with another stiffness")
-        problem = self._problem
-        data = problem.convex_contact(linear)
-        excess = self._excess(data)
-        if excess <= 0:
-            return
-        self._left -= 1
-        if self._left >= 0:
-            resistance = problem.viscous(at, 1.0)
-            rate = self._rate / _RATE_FACTOR
-            while rate < _LAST_RATE:
-                rate *= _RATE_FACTOR
-                if self._excess(problem.stiffened(data, resistance.times(rate), linear)) <= 0:
-                    _LOG.debug("viscosity %.2g added", rate)
-                    self._rate = rate
-                    return
-        raise UnstableError(f"the stiffness has {excess} negative eigenvalues more than the branch")
-
-    def _excess(self, data: Float[np.ndarray, " nonzeros"]) -> int:
-        pattern = self._problem.pattern
-        negative = self._solver.factorise(pattern.matrix(data), pattern.revision)
-        return 0 if negative is None else negative - self._allowed
-
-
-def _admissible_part(problem: Problem, at: Any, step: Any, linear: Any, fraction: float) -> Any:
-    """The longest admissible part of a step: no wall crossed, no node in the rod, no element inverted."""
+    whole = True
     for _ in range(_MAX_BACKTRACKS):
-        trial = problem.advance(at, step, fraction, linear)
+        plain = problem.advance(at, step, fraction, linear)
+        trial = problem.held_apart(at, plain)
         allowed = problem.allowed(linear, trial)
         if allowed >= 1.0:
-            if fraction < 1.0:
+            if not whole:
                 _LOG.debug("step cut to %.3g", fraction)
-            return trial
+            return trial, whole and trial is plain
+        whole = False
         fraction *= allowed
     raise NewtonError(
         f"no admissible step: a wall, the rod or an element blocks it at {fraction:.1e} of its length"

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from fem_reference.creep import creep
+from fem_reference.extrapolation import allowed_step, weights
 from fem_reference.linear_solver import SymmetricSolver
 from fem_reference.newton import solve_equilibrium
 from fem_reference.problem import Equilibrium, NewtonError, Problem, UnstableError
@@ -125,11 +126,7 @@ class PathFollower:
         self.jumped = False
         origin, change = self.target, self.target.to(goal)
         length = float(np.linalg.norm(change))
-        heading = change / max(length, np.finfo(float).tiny)
-        if heading.shape != self._heading.shape or heading @ self._heading < _STRAIGHT:
-            # A turn of the path makes the last step's direction worthless.
-            self._earlier = []
-        self._heading = heading
+        self._turn(change / max(length, np.finfo(float).tiny))
         if length == 0.0 and not self._advance(goal, 0.0):
             raise PathError("the equilibrium at hand does not converge anew", self.equilibrium, origin)
         done = 0.0
@@ -144,28 +141,43 @@ class PathFollower:
                 done, failed = done + step, []
                 continue
             failed.append((target, step))
-            self.step, self._longest = 0.5 * step, _BELOW_FAILED * step
-            if len(failed) > _HALVINGS or self.step < _SMALLEST:
-                if not self._creeps and self._unstable:
-                    raise PathError(
-                        f"walls lose their balance within {step:.2g} kPa or so of pressures "
-                        f"{np.round(self.target.pressure * 1e3, 3)} kPa",
-                        self.equilibrium,
-                        self.target,
-                        unstable=True,
-                    )
-                if self._creeps and self._creep(*failed[0]):
-                    done, failed = done + failed[0][1], []
-                elif self.step < _SMALLEST:
-                    raise PathError(
-                        f"stopped at pressures {np.round(self.target.pressure * 1e3, 3)} kPa, where steps "
-                        f"down to {step:.2g} of about 1 kPa fail",
-                        self.equilibrium,
-                        self.target,
-                    )
-                else:
-                    failed = []
+            if self._retreat(failed):
+                done, failed = done + failed[0][1], []
         return self.equilibrium
+
+    def _turn(self, heading: Float[np.ndarray, " loads"]) -> None:
+        """Forget the states behind where the path turns: its direction there is worthless."""
+        if heading.shape != self._heading.shape or heading @ self._heading < _STRAIGHT:
+            self._earlier = []
+        self._heading = heading
+
+    def _retreat(self, failed: list[tuple[Any, float]]) -> bool:
+        """Shorten the step after those that ``failed``, or let the body creep; tell whether it has crept.
+
+        Each of them is a target and how far it is; a creep leads to the first, the farthest.
+        """
+        _, step = failed[-1]
+        self.step, self._longest = 0.5 * step, _BELOW_FAILED * step
+        if len(failed) <= _HALVINGS and self.step >= _SMALLEST:
+            return False
+        here = np.round(self.target.pressure * 1e3, 3)
+        if not self._creeps and self._unstable:
+            raise PathError(
+                f"walls lose their balance within {step:.2g} kPa or so of pressures {here} kPa",
+                self.equilibrium,
+                self.target,
+                unstable=True,
+            )
+        if self._creeps and self._creep(*failed[0]):
+            return True
+        if self.step < _SMALLEST:
+            raise PathError(
+                f"stopped at pressures {here} kPa, where steps down to {step:.2g} of about 1 kPa fail",
+                self.equilibrium,
+                self.target,
+            )
+        failed.clear()
+        return False
 
     def _creep(self, target: Any, step: float) -> bool:
         """Let the body creep to ``target``; tell whether it came to rest."""
@@ -191,51 +203,48 @@ class PathFollower:
             start = next(good, None)
             if start is None:
                 start = self._predict(target)
-        try:
-            inertia = self.equilibrium.excess_negative or 0
-            found = solve_equilibrium(
-                self.problem,
-                self.solver,
-                target,
-                start,
-                inertia,
-                on_the_way=on_the_way,
-                convex=self.equilibrium.convex,
-            )
-        except NewtonError as error:
-            _LOG.debug("a step of %.3g failed: %s", step, error)
-            self._failed, self._unstable = True, isinstance(error, UnstableError)
+        found = self._solve(self.problem, target, start, on_the_way)
+        if found is None:
             return False
         _LOG.debug(
             "a step of %.3g: %d iterations, the longest of %.2e mm", step, found.iterations, found.longest
         )
+        self._arrive(found, target, at, step)
+        return True
+
+    def _solve(self, problem: Problem, target: Any, start: Any, on_the_way: bool) -> Equilibrium | None:
+        """The equilibrium of this branch that Newton's method finds; None where it gives up."""
+        try:
+            found = solve_equilibrium(
+                problem,
+                self.solver,
+                target,
+                start,
+                self.equilibrium.excess_negative or 0,
+                on_the_way=on_the_way,
+                convex=self.equilibrium.convex,
+            )
+        except NewtonError as error:
+            _LOG.debug("no equilibrium: %s", error)
+            self._failed, self._unstable = True, isinstance(error, UnstableError)
+            return None
         self._failed = False
+        return found
+
+    def _arrive(self, found: Equilibrium, target: Any, left: Any, step: float) -> None:
+        """Go on from ``found``, a step from the configuration ``left``; choose the next step."""
         back = [distance for _, distance in self._earlier]
-        earlier = [(at, 0.0), *self._earlier][:_STATES]
+        earlier = [(left, 0.0), *self._earlier][:_STATES]
         self._earlier = [(state, distance + step) for state, distance in earlier] if step > 0.0 else []
         self.equilibrium, self.target = found, target
         self.iterations += found.iterations
-        allowed = self._allowed_step(step, back, found.longest)
+        ahead = [distance for _, distance in self._earlier]
+        allowed = allowed_step(step, back, ahead, found.longest, self.problem.stride)
         if found.iterations > _HARD or allowed < _SHRINK * step:
             self.step = step * _SHRINK
         elif found.iterations <= _EASY or allowed < step:
             self.step = min(max(self.step, step) * _GROW, allowed, self._longest)
             self._longest *= _FORGET
-        return True
-
-    def _allowed_step(self, step: float, back: list[float], longest: float) -> float:
-        """Next step that leaves Newton's method the problem's stride, where the last left ``longest``.
-
-        A polynomial through the states at 0 and −b misses by h ∏(h + b), times a derivative that is taken for
-        the same in both steps; ``back`` are b of the last step.
-        """
-        if len(back) < _STATES or math.isinf(self.problem.stride) or not longest > 0.0:
-            return math.inf
-        scale = longest / np.polyval(np.poly([0.0, *(-b for b in back)]), step)
-        ahead = np.poly([0.0, *(-b for _, b in self._earlier)])
-        ahead[-1] -= self.problem.stride / scale
-        roots = np.roots(ahead)
-        return float(roots[np.abs(roots.imag) <= 1e-9 * np.abs(roots)].real.max())
 
     def _predict(self, target: Any) -> Any:
         """Where the stiffness at hand takes the equilibrium under the new load, as far as nothing blocks.
@@ -260,13 +269,12 @@ class PathFollower:
     def _extrapolate(self, step: float, degree: int) -> Any | None:
         """Polynomial through the last states on this leg; None where it would amplify their errors."""
         states, back = zip(*self._earlier[:degree], strict=True)
-        nodes = np.array([0.0, *(-b for b in back)])
-        weights = [
-            float(np.prod([(step - other) / (node - other) for other in np.delete(nodes, i)]))
-            for i, node in enumerate(nodes)
-        ]
+        if not self._trusts(step, list(back)):
+            return None
+        return self.problem.mean([self.equilibrium.configuration, *states], weights(step, list(back)))
+
+    def _trusts(self, step: float, back: list[float]) -> bool:
+        """Whether a polynomial through these states does not amplify their errors too much."""
         by_iterations = math.isinf(self.problem.stride)
         most = _AMPLIFICATION if by_iterations else _AMPLIFICATION_BY_STRIDE
-        if degree > 1 and np.abs(weights).sum() > most:
-            return None
-        return self.problem.mean([self.equilibrium.configuration, *states], weights)
+        return len(back) < 2 or float(np.abs(weights(step, back)).sum()) <= most

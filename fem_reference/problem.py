@@ -130,6 +130,10 @@ class Problem(abc.ABC):
     def newton_step(self, solver: SymmetricSolver, linear: Any, target: Any) -> Any:
         """Step from the factors that ``solver`` holds."""
 
+    def excess(self, solver: SymmetricSolver, linear: Any, negative: int | None) -> int | None:
+        """Negative pivots of the stiffness in ``solver`` beyond those of the constraints; None: not told."""
+        return None if negative is None else negative - self.constraints
+
     @abc.abstractmethod
     def size(self, step: Any, linear: Any) -> float:
         """Root-mean-square displacement of the nodes in a step [mm]."""
@@ -145,6 +149,10 @@ class Problem(abc.ABC):
     @abc.abstractmethod
     def advance(self, at: Any, step: Any, fraction: float, linear: Any) -> Any:
         """The configuration after a share of a step, stiff forces included."""
+
+    def held_apart(self, at: Any, trial: Any) -> Any:
+        """A trial with what it brings together held apart; itself where that is nothing, as it is here."""
+        return trial
 
     @abc.abstractmethod
     def allowed(self, linear: Any, trial: Any) -> float:

@@ -24,6 +24,12 @@ _NEAR = 3.0
 # Exactly parallel edges, of which an extruded mesh has many, leave the kind of an edge pair to round-off, and
 # with it a share of the barrier. A fixed offset of this size per vertex breaks the ties.
 TIE_BREAK = 1e-4
+# Walls that a step would bring through each other are held at this distance [mm], or this share of the one
+# that they had; and in how many rounds, of how many sweeps over the pairs that are in the way.
+_HELD, _HELD_SHARE = 0.3 * ACTIVATION, 0.4
+_ROUNDS, _SWEEPS = 8, 40
+# How near to the first touch pairs are looked for, as a share of the way there.
+_NEAR_TOUCH = 0.9
 
 
 class WallContact:
@@ -139,6 +145,57 @@ class WallContact:
         return float(
             ipctk.compute_collision_free_stepsize(self._mesh, self._vertices(start), self._vertices(end))
         )
+
+    def held_apart(
+        self, start: Float[np.ndarray, "nodes 3"], end: Float[np.ndarray, "nodes 3"]
+    ) -> Float[np.ndarray, "nodes 3"] | None:
+        """Displacement to add to ``end`` so that walls do not pass through each other on the way there.
+
+        It is that of the walls' nodes alone, along the pairs' normals, by projection as in position-based
+        dynamics, and not always enough: the way to what it leads to may still be blocked. None where nothing
+        is to be held.
+
+        References
+        ----------
+        Müller et al. (2007), Position based dynamics, §3.3.
+        """
+        first, wanted = self._vertices(start), self._vertices(end)
+        last = wanted
+        for _ in range(_ROUNDS):
+            touch = ipctk.compute_collision_free_stepsize(self._mesh, first, last)
+            if touch >= 1.0:
+                break
+            last = self._parted(first, np.asfortranarray(first + _NEAR_TOUCH * touch * (last - first)), last)
+        if last is wanted:
+            return None
+        held = np.zeros_like(end)
+        held[self.nodes] = last - wanted
+        return held
+
+    def _parted(self, first: np.ndarray, near: np.ndarray, last: np.ndarray) -> np.ndarray:
+        """``last``, with pairs that are close at ``near`` taken to what they keep of their distance."""
+        pairs = wall_pairs(
+            self._collisions(near, _NEAR * ACTIVATION), self._mesh, near, ACTIVATION, STIFFNESS, None
+        )
+        members, gradient = pairs.members, pairs.gradient
+
+        def distance(at: np.ndarray) -> np.ndarray:
+            return pairs.distance + np.einsum("pai,pai->p", gradient, (at - near)[members])
+
+        kept = np.minimum(_HELD, _HELD_SHARE * np.maximum(distance(first), pairs.distance))
+        weight = np.einsum("pai,pai->p", gradient, gradient)
+        moved = last.copy()
+        for _ in range(_SWEEPS):
+            short = kept - distance(moved)
+            close = short > 1e-3 * kept
+            if not close.any():
+                break
+            push = (short[close] / weight[close])[:, None, None] * gradient[close]
+            total, count = np.zeros_like(moved), np.zeros(len(moved))
+            np.add.at(total, members[close], push)
+            np.add.at(count, members[close], np.abs(gradient[close]).max(axis=2) > 0.0)
+            moved += total / np.maximum(count, 1.0)[:, None]
+        return np.asfortranarray(moved)
 
     def intersects(self, positions: Float[np.ndarray, "nodes 3"]) -> bool:
         """Whether a wall passes through another."""

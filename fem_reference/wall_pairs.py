@@ -49,6 +49,7 @@ class WallPairs:
     members : the pairs' vertices; beyond the first two or three, 0 and a gradient of zero.
     gradient : of the distance in those vertices.
     area : that each pair stands for [mm²]; less where parallel edges share it.
+    distance : of each [mm].
     force : f of each [MPa].
     law, stiffness : −f' of each, and what it is taken for [MPa/mm].
     """
@@ -58,6 +59,7 @@ class WallPairs:
     members: np.ndarray
     gradient: Float[np.ndarray, "pairs 4 3"]
     area: Float[np.ndarray, " pairs"]
+    distance: Float[np.ndarray, " pairs"]
     force: Float[np.ndarray, " pairs"]
     law: Float[np.ndarray, " pairs"]
     stiffness: Float[np.ndarray, " pairs"]
@@ -104,7 +106,7 @@ def wall_pairs(
         kinds[i], found, distance[i], slope, area[i] = _measured(collisions, i, mesh, vertices)
         members[i, : len(found)], gradient[i, : len(found)] = found, slope
     force, law = barrier_force(distance, activation, stiffness)
-    pairs = WallPairs(vertices, kinds, members, gradient, area, force, law, law)
+    pairs = WallPairs(vertices, kinds, members, gradient, area, distance, force, law, law)
     if before is None:
         return pairs
     wide = np.maximum(distance, _NEW * activation)

@@ -76,3 +76,24 @@ def test_the_pattern_grows_by_what_it_lacks_and_keeps_its_groups(pattern):
     expected = np.triu(added_one_by_one(PAIRS, local))
     expected[3, 8] = 4.0
     np.testing.assert_allclose(pattern.matrix(data).toarray(), expected, rtol=0, atol=1e-15)
+
+
+def test_a_pattern_covers_what_is_asked_for_with_what_may_follow_and_drops_the_rest(pattern):
+    own, none = len(pattern), np.zeros(0, int)
+    pattern.cover(np.array([3]), np.array([8]), lambda: (np.array([1]), np.array([8])))
+    assert len(pattern) == own + 2
+    revision = pattern.revision
+    # Both are there: nothing changes.
+    pattern.cover(np.array([1]), np.array([8]), lambda: pytest.fail("nothing is lacking"))
+    assert pattern.revision == revision
+    pattern.cover(np.array([2]), np.array([8]), lambda: (none, none))
+    assert len(pattern) == own + 1
+    assert pattern.revision != revision
+
+    data = np.zeros(len(pattern))
+    local = blocks(len(PAIRS), 3, 0)
+    pattern.add_group(data, 0, local)
+    pattern.add_entries(data, np.array([2]), np.array([8]), np.array([4.0]))
+    expected = np.triu(added_one_by_one(PAIRS, local))
+    expected[2, 8] += 4.0
+    np.testing.assert_allclose(pattern.matrix(data).toarray(), expected, rtol=0, atol=1e-15)

@@ -151,3 +151,19 @@ def test_the_minimum_distance_is_that_of_the_walls(walls, rest, equations):
     dented[outer, 0] = rest[inner[0], 0] + 0.03
     # Both vertices carry tie-breaking offsets of up to 1e-4 mm in every direction.
     assert walls.minimum_distance(dented) == pytest.approx(0.03, abs=2.0 * np.sqrt(3.0) * TIE_BREAK)
+
+
+def test_walls_that_a_step_brings_through_each_other_are_held_apart(walls, rest, x):
+    """On to 0.003 of the width and then past it: chambers are turned inside out."""
+    assert walls.held_apart(x, x) is None
+    assert walls.held_apart(rest, x) is None
+    through = x - 1.25 * rest * [0.0, 0.012, 0.0]
+    assert walls.step_limit(x, through) < 1.0
+    held = walls.held_apart(x, through)
+    assert walls.step_limit(x, through + held) == 1.0
+    assert not walls.intersects(through + held)
+    # Nodes that are of no wall stay where the step leads.
+    others = np.setdiff1d(np.arange(len(rest)), walls.nodes)
+    assert np.abs(held[others]).max() == 0.0
+    # Along the walls' normals, y, alone.
+    assert np.abs(held[:, 0]).max() < 0.1 * np.abs(held[:, 1]).max()

@@ -1,0 +1,60 @@
+"""What lies ahead on a path that is led by volume: by the states behind, or by the stiffness at hand."""
+
+from dataclasses import dataclass
+
+from fem_reference.extrapolation import weights
+from fem_reference.volume_led import Filled, FilledLinearisation, FillingStep, VolumeLed
+
+# Cuts of a guess before it is given up for the state at hand.
+_CUTS = 8
+
+
+@dataclass(frozen=True)
+class Polynomial:
+    """Through the state at hand and those behind, at their distances along the path."""
+
+    leg: VolumeLed
+    states: list[Filled]
+    back: list[float]
+
+    def pressure(self, step: float) -> float:
+        """π a step ahead [MPa]."""
+        shares = weights(step, self.back)
+        return sum(w * state.pressure for w, state in zip(shares, self.states, strict=True))
+
+    def state(self, step: float) -> Filled:
+        """A start for Newton's method, with walls held apart, and nearer where that is not enough."""
+        here, share = self.states[0], 1.0
+        for _ in range(_CUTS):
+            plain = self.leg.mean(self.states, weights(share * step, self.back))
+            guess = self.leg.held_apart(here, plain)
+            allowed = self.leg.start_share(here, guess)
+            if allowed >= 1.0:
+                return guess
+            share *= allowed
+        return here
+
+
+@dataclass(frozen=True)
+class Tangent:
+    """Along the path's direction by a linearisation: the step for a length of one."""
+
+    leg: VolumeLed
+    here: Filled
+    linear: FilledLinearisation
+    direction: FillingStep
+
+    def pressure(self, step: float) -> float:
+        """π a step ahead [MPa]."""
+        return self.here.pressure + step * self.direction.pressure
+
+    def state(self, step: float) -> Filled:
+        """A start for Newton's method, as far as nothing blocks it."""
+        for _ in range(_CUTS):
+            plain = self.leg.advance(self.here, self.direction, step, self.linear)
+            guess = self.leg.held_apart(self.here, plain)
+            allowed = self.leg.allowed(self.linear, guess)
+            if allowed >= 1.0:
+                return guess
+            step *= allowed
+        return self.here

@@ -1,0 +1,109 @@
+"""What Newton's method does where the stiffness is not the branch's: other matrices, and longer steps.
+
+A matrix with more negative eigenvalues than the branch of equilibria has leads to a saddle or round in
+circles. Contact is then made convex, and where that is not enough the silicone viscous. Steps with such a
+matrix are too short along what is soft: there they come to be alike, each a fixed multiple q of the one
+before, shrinking towards a minimum or growing away from a saddle.
+"""
+
+import logging
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from fem_reference.linear_solver import SymmetricSolver
+from fem_reference.problem import Problem, UnstableError
+
+_LOG = logging.getLogger(__name__)
+
+# Damped steps with which Newton's method gives up, the first where it must end with the stiffness itself: so
+# long a way may well end on another branch.
+_MOST_EXACT, _MOST = 8, 20
+# Iterations in which viscosity may be added, and its rates, as shares of the silicone's stiffness at rest.
+_VISCOUS_ITERATIONS = 6
+_FIRST_RATE, _RATE_FACTOR, _LAST_RATE = 0.2, 4.0, 10.0
+# Steps alike: cosine of the angle between two of them, their ratio's bounds, and how many in a row; by how
+# much the last is then lengthened at most, and to what displacement [mm].
+_ALIKE, _SLOWEST, _FASTEST, _ROW = 0.95, 0.7, 1.6, 2
+_FARTHEST, _LONGEST = 8.0, 0.3
+
+
+class Damping:
+    """Matrices of the branch's inertia where the stiffness has another: convex contact, then viscosity.
+
+    Parameters
+    ----------
+    problem, solver : what, and by what.
+    inertia : of the branch.
+    viscous : whether viscosity may be added.
+    """
+
+    def __init__(self, problem: Problem, solver: SymmetricSolver, inertia: int, viscous: bool) -> None:
+        self._problem, self._solver = problem, solver
+        self._inertia = inertia
+        self._left = _VISCOUS_ITERATIONS if viscous else 0
+        self._most = _MOST_EXACT if problem.exact else _MOST
+        self._rate = _FIRST_RATE
+        self._steps = 0
+
+    def factorise(self, at: Any, linear: Any) -> None:
+        """Leave the factors of such a matrix in the solver, or raise an `UnstableError`."""
+        self._steps += 1
+        if self._steps > self._most:
+            raise UnstableError(f"no equilibrium after {self._most} steps with another stiffness")
+        problem = self._problem
+        data = problem.convex_contact(linear)
+        excess = self._excess(data, linear)
+        if excess <= 0:
+            return
+        self._left -= 1
+        if self._left >= 0:
+            resistance = problem.viscous(at, 1.0)
+            rate = self._rate / _RATE_FACTOR
+            while rate < _LAST_RATE:
+                rate *= _RATE_FACTOR
+                if self._excess(problem.stiffened(data, resistance.times(rate), linear), linear) <= 0:
+                    _LOG.debug("viscosity %.2g added", rate)
+                    self._rate = rate
+                    return
+        raise UnstableError(f"the stiffness has {excess} negative eigenvalues more than the branch")
+
+    def _excess(self, data: Float[np.ndarray, " nonzeros"], linear: Any) -> int:
+        pattern = self._problem.pattern
+        negative = self._solver.factorise(pattern.matrix(data), pattern.revision)
+        excess = self._problem.excess(self._solver, linear, negative)
+        return 0 if excess is None else excess - self._inertia
+
+
+class Stretch:
+    """How much farther to go than a step with another matrix says: 1/(1 − q), with those that would follow.
+
+    Away from a saddle, q > 1, as much farther as towards a minimum.
+    """
+
+    def __init__(self) -> None:
+        self._last: Float[np.ndarray, "points 3"] | None = None
+        self._row = 0
+
+    def factor(self, step: Float[np.ndarray, "points 3"]) -> float:
+        """Of this step, the next after the one that was asked about last; 1 where they are not alike."""
+        last, self._last = self._last, step
+        if last is None:
+            return 1.0
+        square, before = float(np.vdot(step, step)), float(np.vdot(last, last))
+        ratio = np.sqrt(square / before)
+        alike = float(np.vdot(step, last)) > _ALIKE * np.sqrt(square * before)
+        self._row = self._row + 1 if alike and _SLOWEST < ratio < _FASTEST else 0
+        if self._row < _ROW:
+            return 1.0
+        farther = min(1.0 / max(abs(1.0 - ratio), 1.0 / _FARTHEST), _LONGEST / float(np.abs(step).max()))
+        if farther <= 1.0:
+            return 1.0
+        _LOG.debug("steps shrink or grow by %.3f each: %.3g of them at once", ratio, farther)
+        self.forget()
+        return farther
+
+    def forget(self) -> None:
+        """The next step does not follow from the last."""
+        self._last, self._row = None, 0

@@ -34,6 +34,7 @@ import numpy as np
 
 from fem_reference.damping import Damping, Stretch
 from fem_reference.linear_solver import SingularMatrixError, SymmetricSolver
+from fem_reference.mixing import Mixing
 from fem_reference.problem import Equilibrium, NewtonError, Problem, UnstableError
 
 _LOG = logging.getLogger(__name__)
@@ -74,13 +75,16 @@ _TOO_LONG, _GROWING = 3, 6
 # Steps with a stiffness that is kept: how many, and how fast they must shrink.
 _KEPT_ITERATIONS = 8
 # Share of that size with which an equilibrium on the way to another ends; of what the next step would be, if
-# steps shrink on as they do; and the force [N] below which it may do so with a matrix that was made convex.
+# steps shrink on as they do; and the force [N] below which it may do so with a matrix that was made convex,
+# or after a second step as small: single nodes between close walls take long to share out theirs.
 _ROUGH, _ROUGH_NEXT, _ROUGH_FORCE = 0.2, 0.04, 5e-2
 _KEPT_CONTRACTION = 0.2
 # Residual [N] above which the inertia must be right.
 _INERTIA_ABOVE = 1e-4
 # Share of the size below which a stiffness is kept below which one with convex contact is.
-_KEPT_CONVEX = 0.1
+_KEPT_CONVEX = 0.4
+# Mixed steps with that: how many, and after how many that do not shrink to this share of the best they end.
+_MIXED_ITERATIONS, _LED_ASTRAY, _LED_ON = 40, 6, 0.9
 
 
 def solve_equilibrium(
@@ -196,16 +200,21 @@ def _iterate(
         # The first stiffness still has the threads' old tension in it.
         if not (whole and fraction == 1.0 and iteration > 0):
             continue
-        if on_the_way and _is_near(problem, size, last_size) and (not convex or force <= _ROUGH_FORCE):
+        settled = not convex or force <= _ROUGH_FORCE or last_size <= _ROUGH * problem.nearby
+        if on_the_way and settled and _is_near(problem, size, last_size):
             # A solver that does not tell the inertia is never led to convex contact.
             left = inertia if convex else None if excess is None else min(excess, inertia)
             return Equilibrium(at, None, iteration + 1, force, left, convex=convex)
         if viscous is not None or (convex and not convex_to_the_end):
             continue
         if size <= problem.nearby * (_KEPT_CONVEX if convex else 1.0) and problem.keeps(linear, at):
+            if convex:
+                at, linear, force, softest = _mix_steps(problem, solver, target, at, linear)
+                if softest is not None:
+                    left = inertia if np.isinf(softest) else int(softest < 0.0)
+                    return Equilibrium(at, linear, iteration + 1, force, left, convex=True)
+                continue
             at, linear, force, balanced = _keep_stiffness(problem, solver, target, at, linear, size)
-            if balanced and convex:
-                return Equilibrium(at, linear, iteration + 1, force, inertia, convex=True)
             # Negative pivots are judged by the stiffness here, not by one nearby.
             if balanced and not problem.exact and not excess:
                 return _settled(problem, solver, at, linear, iteration + 1, force, excess)
@@ -259,6 +268,37 @@ def _keep_stiffness(
         if not problem.keeps(linear, at):
             break
     return at, linear, force, False
+
+
+def _mix_steps(
+    problem: Problem, solver: SymmetricSolver, target: Any, at: Any, linear: Any
+) -> tuple[Any, Any, float, float | None]:
+    """Mixed steps with the factors at hand, of convex contact, as long as they lead on.
+
+    Returns where they lead, the last linearisation, its residual force, and if that is an equilibrium, the
+    least eigenvalue of the stiffness in the steps' directions, over that with convex contact.
+    """
+    mixing, best, since = Mixing(problem), np.inf, 0
+    for iteration in range(_MIXED_ITERATIONS):
+        linear = problem.renewed(linear, at, target)
+        force, moment = _imbalance(problem, linear, target, iteration)
+        step = problem.newton_step(solver, linear, target)
+        size = problem.size(step, linear)
+        _LOG.debug("  mixed: force %.2e N, moment %.2e N mm, step %.2e mm", force, moment, size)
+        if size <= _KEPT_STEP and force <= _KEPT_FORCE and moment <= MOMENT_TOLERANCE:
+            return at, linear, force, mixing.smallest
+        if iteration >= _PATIENCE and linear.walls_touch and _at_noise(problem, step, force, moment):
+            return at, linear, force, mixing.smallest
+        since = 0 if size < _LED_ON * best else since + 1
+        best = min(best, size)
+        moved, whole = _admissible_part(problem, at, step, linear, 1.0)
+        if since > _LED_ASTRAY or not whole or not problem.keeps(linear, moved):
+            break
+        mixed = mixing.next(moved, step.positions)
+        if problem.allowed(linear, mixed) < 1.0:
+            break
+        at = mixed
+    return at, linear, force, None
 
 
 @dataclass(frozen=True)

@@ -33,8 +33,9 @@ from fem_reference.viscous_solid import ViscousSolid
 # Volume that counts as a path's length of one, as a share of the chambers' at rest: a kPa in one of them adds
 # 1.6 % of it at rest, and 4 % at 50 kPa.
 _UNIT = 0.02
-# Error of the pressure at an arrival that passes for the contact's noise [MPa].
-_PRESSURE_NOISE = 1e-8
+# Pressure, and work of the volume [N mm], that pass for the contact's noise [MPa]: of 1 Pa, with which the
+# actuator bends by some 0.004° at most.
+_NOISE = 1e-6
 # Difference of the path's slope and the stiffness' own, as a share, up to which the latter is believed.
 _BELIEVED = 0.25
 
@@ -102,12 +103,13 @@ class FilledLinearisation(Linearisation):
 
 
 class FillingStep:
-    """A step of all points and of the pressure [MPa]."""
+    """A step of all points and of the pressure [MPa], with what the target lacks before it [MPa or N mm]."""
 
-    def __init__(self, actuator: ActuatorStep, pressure: float) -> None:
+    def __init__(self, actuator: ActuatorStep, pressure: float, imbalance: float = 0.0) -> None:
         self.actuator = actuator
         self.positions = actuator.positions
         self.pressure = pressure
+        self.imbalance = imbalance
 
 
 class VolumeLed(Problem):
@@ -244,15 +246,16 @@ class VolumeLed(Problem):
         filled, compliance = linear.gradient @ solution
         pressure = float(target.pressure_step(linear, float(filled), float(compliance)))
         step = solution[:, 0] + pressure * solution[:, 1]
-        return FillingStep(self.problem.step(step, linear.actuator), pressure)
+        imbalance = self.imbalance(linear, target)
+        return FillingStep(self.problem.step(step, linear.actuator), pressure, imbalance)
 
     def size(self, step: FillingStep, linear: FilledLinearisation) -> float:
         """Root-mean-square displacement in a step [mm]."""
         return self.problem.size(step.actuator, linear.actuator)
 
     def is_small(self, step: FillingStep) -> bool:
-        """Whether the pressure is found."""
-        return abs(step.pressure) <= _PRESSURE_NOISE
+        """Whether pressure and volume are found."""
+        return max(abs(step.pressure), step.imbalance) <= _NOISE
 
     def longest(self, step: FillingStep) -> float:
         """See `Problem.longest`."""

@@ -1,0 +1,50 @@
+"""Mixed steps: equations with a few soft directions are solved in as many steps, saddles too."""
+
+import numpy as np
+import pytest
+
+from fem_reference.mixing import Mixing
+from tests.diagonal_problem import Diagonal
+
+# A⁻¹K in three directions, of both signs; one in all others.
+SOFT = {0: 0.05, 1: -0.15, 2: 0.4}
+UNKNOWNS = 30
+
+
+@pytest.fixture
+def stiffness() -> np.ndarray:
+    values = np.ones(UNKNOWNS)
+    values[list(SOFT)] = list(SOFT.values())
+    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(UNKNOWNS, UNKNOWNS)))[0]
+    return turn.T @ np.diag(values) @ turn
+
+
+def mixed(stiffness: np.ndarray, iterations: int) -> tuple[list[float], Mixing]:
+    """Sizes of steps −(K x − b) towards the solution of K x = b."""
+    springs = Diagonal(lambda x: x, np.ones_like, UNKNOWNS, 1.0)
+    mixing, x, right = Mixing(springs), np.zeros(UNKNOWNS), np.arange(1.0, UNKNOWNS + 1.0)
+    sizes = []
+    for _ in range(iterations):
+        step = right - stiffness @ x
+        sizes.append(float(np.linalg.norm(step)))
+        x = mixing.next(x + step, step)
+    return sizes, mixing
+
+
+def test_four_different_eigenvalues_take_five_steps(stiffness):
+    """As GMRES does; steps that are not mixed grow by 1.15 each."""
+    sizes, _ = mixed(stiffness, 6)
+    assert sizes[4] > 1e-3 * sizes[0]
+    assert sizes[5] < 1e-9 * sizes[0]
+
+
+def test_they_tell_the_least_eigenvalue(stiffness):
+    _, mixing = mixed(stiffness, 5)
+    assert mixing.smallest == pytest.approx(-0.15, abs=1e-6)
+    _, mixing = mixed(stiffness @ stiffness, 5)
+    assert mixing.smallest == pytest.approx(0.0025, abs=1e-6)
+
+
+def test_two_states_do_not_tell_it(stiffness):
+    _, mixing = mixed(stiffness, 2)
+    assert mixing.smallest == np.inf

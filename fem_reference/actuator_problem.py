@@ -17,6 +17,8 @@ from fem_reference.rod_frame import RodFrame
 from fem_reference.viscous_solid import ViscousSolid
 
 _WALL_MARGIN = 0.6
+# Displacement by which walls are held back at most [mm].
+_MOST_HELD = 0.05
 # Displacement above which a step follows the rod's turns instead of straight lines [mm], and the share of it
 # that stands for its tangent.
 _STRAIGHT = 0.02
@@ -154,10 +156,16 @@ class ActuatorProblem(Problem):
         return self._share(linear.positions, trial.positions, -0.9)
 
     def held_apart(self, at: Deformation, trial: Deformation) -> Deformation:
-        """The trial with walls that it lets pass through each other held apart, seen from the rod."""
+        """The trial with walls that it lets pass through each other held apart, seen from the rod.
+
+        Itself where some would be held back by much: elements behind them would be crushed, which costs more
+        iterations than a shorter step.
+        """
         start, end = (self._frame.straightened(d.positions) for d in (at, trial))
         held = self.equations.walls.held_apart(start, end)
-        return trial if held is None else replace(trial, positions=self._frame.moved(trial.positions, held))
+        if held is None or float(np.abs(held).max()) > _MOST_HELD:
+            return trial
+        return replace(trial, positions=self._frame.moved(trial.positions, held))
 
     def mean(self, states: list[Deformation], weights: list[float]) -> Deformation:
         """Weighted mean, taken in the frame of the rod."""

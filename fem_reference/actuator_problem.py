@@ -174,8 +174,10 @@ class ActuatorProblem(Problem):
             return sum(w * getattr(state, name) for w, state in zip(weights, states, strict=True))
 
         return Deformation(
-            self._mean([state.positions for state in states], weights),
-            *(mixed(name) for name in ("element_pressure", "segment_tension", "axis_tension")),
+            positions=self._mean([state.positions for state in states], weights),
+            element_pressure=mixed("element_pressure"),
+            segment_tension=self.equations.thread.loosened(mixed("segment_tension")),
+            axis_tension=mixed("axis_tension"),
         )
 
     def _mean(

@@ -64,7 +64,7 @@ class Damping:
             while rate < _LAST_RATE:
                 rate *= _RATE_FACTOR
                 if self._excess(problem.stiffened(data, resistance.times(rate), linear), linear) <= 0:
-                    _LOG.debug("viscosity %.2g added", rate)
+                    _LOG.debug("viscosity %.2g added for %d negative pivots", rate, excess)
                     self._rate = rate
                     return
         raise UnstableError(f"the stiffness has {excess} negative eigenvalues more than the branch")

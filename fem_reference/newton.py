@@ -32,34 +32,31 @@ from typing import Any
 
 import numpy as np
 
+from fem_reference.acceptance import (
+    FORCE_TOLERANCE,
+    MOMENT_TOLERANCE,
+    ROUGH,
+    ROUGH_FORCE,
+    admissible_part,
+    at_noise,
+    imbalance,
+    is_near,
+)
 from fem_reference.damping import Damping, Stretch
+from fem_reference.kept import keep_stiffness, mix_steps
 from fem_reference.linear_solver import SingularMatrixError, SymmetricSolver
-from fem_reference.mixing import Mixing
 from fem_reference.problem import Equilibrium, NewtonError, Problem, UnstableError
 
 _LOG = logging.getLogger(__name__)
 
-# Residual forces [N] and moments [N mm]: chamber pressures give nodal forces of 1e-3 to 1e-2 N, round-off of
-# the stiff parts about 1e-11 N.
-FORCE_TOLERANCE = 1e-9
 # A step of this size [mm] under forces below that [N] is round-off of a large mesh.
 _ROUND_OFF_STEP, _ROUND_OFF_FORCE = 1e-12, 1e-7
-# A step with a kept stiffness that ends the iteration [mm], and the force [N]: strains of 1e-6, and an error
-# of 1e-8 of its length in the place of the actuator's tip; further, where a stiffness of its own follows.
-_KEPT_STEP, _KEPT_FORCE = 1e-6, 1e-5
-_EXACT_STEP, _EXACT_FORCE = 1e-8, 1e-6
-MOMENT_TOLERANCE = 1e-8
-# Where walls touch, the barrier's gradient jumps a little as contact pairs change kind, and Newton's method
-# may end in a cycle about such a jump. It is accepted below this force [N] once the whole step is within the
-# problem's noise, which bounds what is lost, and below this moment [N mm].
-CONTACT_FORCE_TOLERANCE, CONTACT_MOMENT_TOLERANCE = 1e-3, 1e-4
 MAX_ITERATIONS = 30
 # Of a step in time: one that needs more iterations is too long; and how small the last of them must be beside
 # the first, since only the way's end counts.
 _CREEP_ITERATIONS = 8
 _CREEP_ACCURACY = 0.3
 
-_MAX_BACKTRACKS = 12
 # Iterations before steps that contract by less than this are halved, or taken for the contact's noise.
 _SETTLING = 5
 _CONTRACTION = 0.7
@@ -72,19 +69,10 @@ _FLOOR = 0.1
 # Damped steps beyond the problem's reach with which the method gives up, and how often in a row they may
 # grow: a matrix that is stiffer than the true one leads to a minimum, if slowly, and away from a saddle.
 _TOO_LONG, _GROWING = 3, 6
-# Steps with a stiffness that is kept: how many, and how fast they must shrink.
-_KEPT_ITERATIONS = 8
-# Share of that size with which an equilibrium on the way to another ends; of what the next step would be, if
-# steps shrink on as they do; and the force [N] below which it may do so with a matrix that was made convex,
-# or after a second step as small: single nodes between close walls take long to share out theirs.
-_ROUGH, _ROUGH_NEXT, _ROUGH_FORCE = 0.2, 0.04, 5e-2
-_KEPT_CONTRACTION = 0.2
 # Residual [N] above which the inertia must be right.
 _INERTIA_ABOVE = 1e-4
 # Share of the size below which a stiffness is kept below which one with convex contact is.
 _KEPT_CONVEX = 0.4
-# Mixed steps with that: how many, and after how many that do not shrink to this share of the best they end.
-_MIXED_ITERATIONS, _LED_ASTRAY, _LED_ON = 40, 6, 0.9
 
 
 def solve_equilibrium(
@@ -143,7 +131,7 @@ def _iterate(
     convex_to_the_end = False
     for iteration in range(MAX_ITERATIONS if viscous is None else _CREEP_ITERATIONS):
         linear = problem.linearise(at, target, viscous, before)
-        force, moment = _imbalance(problem, linear, target, iteration)
+        force, moment = imbalance(problem, linear, target, iteration)
         try:
             # Far from equilibrium a matrix that was not the branch's is not likely to be so one step on.
             if not (convex and (on_the_way or convex_to_the_end or size > problem.nearby)):
@@ -161,7 +149,7 @@ def _iterate(
             if not convex and last is not None and last.overshot(size, problem.reach):
                 _LOG.debug("the step would grow to %.2e mm: the last one is halved", size)
                 last, before = last.halved(), last.linear
-                at, _ = _admissible_part(problem, last.origin, last.step, last.linear, last.fraction)
+                at, _ = admissible_part(problem, last.origin, last.step, last.linear, last.fraction)
                 continue
         except SingularMatrixError as error:
             raise NewtonError(f"iteration {iteration}: {error}") from error
@@ -171,7 +159,7 @@ def _iterate(
         )
         if size <= _ROUND_OFF_STEP and force <= _ROUND_OFF_FORCE and moment <= MOMENT_TOLERANCE:
             return _settled(problem, solver, at, linear, iteration, force, excess)
-        if iteration >= _PATIENCE and linear.walls_touch and _at_noise(problem, step, force, moment):
+        if iteration >= _PATIENCE and linear.walls_touch and at_noise(problem, step, force, moment):
             return _settled(problem, solver, at, linear, iteration, force, excess)
         history.append(force)
         too_long += convex and size > problem.reach
@@ -194,27 +182,32 @@ def _iterate(
             fraction = stretch.factor(step.positions)
         else:
             stretch.forget()
-        (at, whole), before = _admissible_part(problem, at, step, linear, fraction), linear
+        (at, whole), before = admissible_part(problem, at, step, linear, fraction), linear
         if viscous is not None and iteration > 0 and size <= max(problem.noise, _CREEP_ACCURACY * first):
             return Equilibrium(at, None, iteration + 1, force, None)
         # The first stiffness still has the threads' old tension in it.
         if not (whole and fraction == 1.0 and iteration > 0):
             continue
-        settled = not convex or force <= _ROUGH_FORCE or last_size <= _ROUGH * problem.nearby
-        if on_the_way and settled and _is_near(problem, size, last_size):
+        settled = not convex or force <= ROUGH_FORCE or last_size <= ROUGH * problem.nearby
+        if on_the_way and settled and is_near(problem, size, last_size):
             # A solver that does not tell the inertia is never led to convex contact.
             left = inertia if convex else None if excess is None else min(excess, inertia)
             return Equilibrium(at, None, iteration + 1, force, left, convex=convex)
+        if on_the_way and convex and size <= problem.nearby and problem.keeps(linear, at):
+            at, linear, force, softest = mix_steps(problem, solver, target, at, linear, True)
+            if softest is not None:
+                return Equilibrium(at, None, iteration + 1, force, inertia, convex=True)
+            continue
         if viscous is not None or (convex and not convex_to_the_end):
             continue
         if size <= problem.nearby * (_KEPT_CONVEX if convex else 1.0) and problem.keeps(linear, at):
             if convex:
-                at, linear, force, softest = _mix_steps(problem, solver, target, at, linear)
+                at, linear, force, softest = mix_steps(problem, solver, target, at, linear, False)
                 if softest is not None:
                     left = inertia if np.isinf(softest) else int(softest < 0.0)
                     return Equilibrium(at, linear, iteration + 1, force, left, convex=True)
                 continue
-            at, linear, force, balanced = _keep_stiffness(problem, solver, target, at, linear, size)
+            at, linear, force, balanced = keep_stiffness(problem, solver, target, at, linear, size)
             # Negative pivots are judged by the stiffness here, not by one nearby.
             if balanced and not problem.exact and not excess:
                 return _settled(problem, solver, at, linear, iteration + 1, force, excess)
@@ -223,82 +216,6 @@ def _iterate(
         + ", ".join(f"{r:.1e}" for r in history[-3:])
         + " N"
     )
-
-
-def _is_near(problem: Problem, size: float, last_size: float) -> bool:
-    """Whether a step leaves so little that its end is good enough on the way to another equilibrium."""
-    ahead = size * min(1.0, size / last_size) if last_size > 0.0 else size
-    soon = not problem.exact and size <= problem.nearby and ahead <= _ROUGH_NEXT * problem.nearby
-    return soon or size <= _ROUGH * problem.nearby
-
-
-def _imbalance(problem: Problem, linear: Any, target: Any, iteration: int) -> tuple[float, float]:
-    """Largest residual force and moment."""
-    force = float(np.abs(linear.residual).max())
-    moment = problem.imbalance(linear, target)
-    if not np.isfinite(force + moment):
-        raise NewtonError(f"the residual is not finite at iteration {iteration}")
-    return force, moment
-
-
-def _keep_stiffness(
-    problem: Problem, solver: SymmetricSolver, target: Any, at: Any, linear: Any, size: float
-) -> tuple[Any, Any, float, bool]:
-    """Steps with the factors at hand, as long as they shrink fast: forces alone cost a tenth of a stiffness.
-
-    Returns where they lead, the last linearisation, its residual force, and whether that is an equilibrium.
-    """
-    sizes = [size]
-    last_step, last_force = (_EXACT_STEP, _EXACT_FORCE) if problem.exact else (_KEPT_STEP, _KEPT_FORCE)
-    for iteration in range(_KEPT_ITERATIONS):
-        linear = problem.renewed(linear, at, target)
-        force, moment = _imbalance(problem, linear, target, iteration)
-        if force <= FORCE_TOLERANCE and moment <= MOMENT_TOLERANCE:
-            return at, linear, force, True
-        step = problem.newton_step(solver, linear, target)
-        size = problem.size(step, linear)
-        _LOG.debug("  kept stiffness: force %.2e N, moment %.2e N mm, step %.2e mm", force, moment, size)
-        if size <= last_step and force <= last_force and moment <= MOMENT_TOLERANCE:
-            return at, linear, force, True
-        # Steps shrink in pairs: one for the stiff parts' forces, one for what they do.
-        if size > sizes[-1] or (len(sizes) > 1 and size > _KEPT_CONTRACTION * sizes[-2]):
-            break
-        sizes.append(size)
-        at, _ = _admissible_part(problem, at, step, linear, 1.0)
-        if not problem.keeps(linear, at):
-            break
-    return at, linear, force, False
-
-
-def _mix_steps(
-    problem: Problem, solver: SymmetricSolver, target: Any, at: Any, linear: Any
-) -> tuple[Any, Any, float, float | None]:
-    """Mixed steps with the factors at hand, of convex contact, as long as they lead on.
-
-    Returns where they lead, the last linearisation, its residual force, and if that is an equilibrium, the
-    least eigenvalue of the stiffness in the steps' directions, over that with convex contact.
-    """
-    mixing, best, since = Mixing(problem), np.inf, 0
-    for iteration in range(_MIXED_ITERATIONS):
-        linear = problem.renewed(linear, at, target)
-        force, moment = _imbalance(problem, linear, target, iteration)
-        step = problem.newton_step(solver, linear, target)
-        size = problem.size(step, linear)
-        _LOG.debug("  mixed: force %.2e N, moment %.2e N mm, step %.2e mm", force, moment, size)
-        if size <= _KEPT_STEP and force <= _KEPT_FORCE and moment <= MOMENT_TOLERANCE:
-            return at, linear, force, mixing.smallest
-        if iteration >= _PATIENCE and linear.walls_touch and _at_noise(problem, step, force, moment):
-            return at, linear, force, mixing.smallest
-        since = 0 if size < _LED_ON * best else since + 1
-        best = min(best, size)
-        moved, whole = _admissible_part(problem, at, step, linear, 1.0)
-        if since > _LED_ASTRAY or not whole or not problem.keeps(linear, moved):
-            break
-        mixed = mixing.next(moved, step.positions)
-        if problem.allowed(linear, mixed) < 1.0:
-            break
-        at = mixed
-    return at, linear, force, None
 
 
 @dataclass(frozen=True)
@@ -336,33 +253,3 @@ def _settled(
         excess = problem.excess(solver, linear, excess)
         solver.factorise(problem.pattern.matrix(linear.data), problem.pattern.revision)
     return Equilibrium(at, linear, iterations, force, excess)
-
-
-def _at_noise(problem: Problem, step: Any, force: float, moment: float) -> bool:
-    return (
-        force <= CONTACT_FORCE_TOLERANCE
-        and moment <= CONTACT_MOMENT_TOLERANCE
-        and float(np.abs(step.positions).max()) <= problem.noise
-        and problem.is_small(step)
-    )
-
-
-def _admissible_part(problem: Problem, at: Any, step: Any, linear: Any, fraction: float) -> tuple[Any, bool]:
-    """The longest admissible part of a step: no wall crossed, no node in the rod, no element inverted.
-
-    Told with it is whether nothing was in the way.
-    """
-    whole = True
-    for _ in range(_MAX_BACKTRACKS):
-        plain = problem.advance(at, step, fraction, linear)
-        trial = problem.held_apart(at, plain)
-        allowed = problem.allowed(linear, trial)
-        if allowed >= 1.0:
-            if not whole:
-                _LOG.debug("step cut to %.3g", fraction)
-            return trial, whole and trial is plain
-        whole = False
-        fraction *= allowed
-    raise NewtonError(
-        f"no admissible step: a wall, the rod or an element blocks it at {fraction:.1e} of its length"
-    )

@@ -129,6 +129,10 @@ class ThreadSegments:
         # What goes slack keeps its strain; what becomes taut, its force.
         return np.where((tension >= 0.0) & (linear < 0.0), self._slack_share * linear, linear)
 
+    def loosened(self, tension: Float[np.ndarray, " segments"]) -> Float[np.ndarray, " segments"]:
+        """Extrapolated tensions, with what is left of those that are negative where segments go slack."""
+        return np.where(self.slack(tension), self._slack_share * tension, tension)
+
     def energy(self, positions: Float[np.ndarray, "nodes 3"]) -> float:
         """Stretch energy [N mm]."""
         return float(0.5 * (self.tension(positions) * self._strain(positions) * self.rest_length).sum())

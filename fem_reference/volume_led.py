@@ -18,7 +18,7 @@ Crisfield (1991), Non-linear Finite Element Analysis of Solids and Structures, v
 place of a bordered one. Haynsworth (1968), Determination of the inertia of a partitioned Hermitian matrix.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -38,6 +38,8 @@ _UNIT = 0.02
 _NOISE = 1e-6
 # Difference of the path's slope and the stiffness' own, as a share, up to which the latter is believed.
 _BELIEVED = 0.25
+# Share of the path's slope below which the stiffness at hand is much too stiff.
+_TOO_STIFF = 0.6
 
 
 @dataclass(frozen=True)
@@ -83,10 +85,15 @@ class Arrival:
         return self.slope * (self.pressure - pressure)
 
     def pressure_step(self, linear: "FilledLinearisation", filled: float, compliance: float) -> float:
-        """See `Volume.pressure_step`; all that is left, where the stiffness at hand is to be believed."""
+        """See `Volume.pressure_step`; all that is left, where the stiffness at hand is to be believed.
+
+        Where it is much too stiff, as with viscosity, the volume is held: the pressure that such a stiffness
+        asks for to fill the body would lead away.
+        """
         if not linear.walls_touch and abs(compliance / self.slope - 1.0) < _BELIEVED:
             return linear.missing / self.slope
-        return (linear.missing - filled) / compliance
+        missing = linear.missing if compliance > _TOO_STIFF * self.slope else 0.0
+        return (missing - filled) / compliance
 
     def imbalance(self, missing: float) -> float:
         """What is left to the pressure, over 1 mm³ [N mm]."""
@@ -279,6 +286,15 @@ class VolumeLed(Problem):
         """See `Problem.mean`."""
         mean = self.problem.mean([state.deformation for state in states], weights)
         return Filled(mean, sum(w * state.pressure for w, state in zip(weights, states, strict=True)))
+
+    def extrapolated(self, states: list[Filled], weights: list[float]) -> Filled:
+        """The mean, with the stiff parts' forces of the first state.
+
+        Those of single elements between walls in contact jump from state to state: extrapolated, they make
+        the stiffness indefinite.
+        """
+        mean, here = self.mean(states, weights), states[0].deformation
+        return Filled(replace(here, positions=mean.deformation.positions), mean.pressure)
 
     def may_start(self, at: Filled, guess: Filled) -> bool:
         """See `Problem.may_start`."""

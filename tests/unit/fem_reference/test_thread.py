@@ -128,6 +128,17 @@ def test_in_compression_a_share_of_the_stiffness_is_left(mesh, rest):
     assert made[0].energy(0.998 * rest) == pytest.approx(1e-4 * made[1].energy(0.998 * rest), rel=1e-12)
 
 
+def test_extrapolated_tensions_are_no_more_in_compression_than_a_slack_thread_takes(mesh):
+    yarn, bar = (
+        ThreadSegments(mesh, DoubleHelix(), Thread(slack_share=share), RADIUS * 1e-3, PITCH * 1e-3, 18)
+        for share in (1e-4, 1.0)
+    )
+    tension = np.linspace(-0.1, 0.2, len(yarn))
+    expected = np.where(tension < 0.0, 1e-4 * tension, tension)
+    np.testing.assert_allclose(yarn.loosened(tension), expected, rtol=1e-14)
+    np.testing.assert_array_equal(bar.loosened(tension), tension)
+
+
 def test_a_step_makes_segments_slack_by_their_strain_and_taut_by_their_force(thread, rest):
     """Either way the tension jumps by no more than the step has led to expect."""
     stiffness, count = Thread().axial_stiffness, len(thread)

@@ -85,6 +85,19 @@ def test_an_arrival_asks_for_the_volume_that_the_path_gives_the_pressure_left():
     assert arrival.imbalance(10.0) == pytest.approx(2e-3)
 
 
+def test_an_arrival_holds_the_volume_where_the_stiffness_at_hand_is_much_too_stiff(short):
+    path, at = leg(short), shaken(short, 4e-3)
+    arrival = Arrival(path.end, 5e3)
+    linear = path.linearise(at, arrival)
+    assert linear.missing == pytest.approx(5e3 * (path.end - 4e-3))
+    touching = replace(linear, walls_touch=True)
+    assert arrival.pressure_step(touching, 2.0, 1e3) == pytest.approx(-2.0 / 1e3)
+    assert arrival.pressure_step(touching, 2.0, 4.5e3) == pytest.approx((linear.missing - 2.0) / 4.5e3)
+    # A stiffness without walls in contact is exact: what is left of the pressure is made up for at once.
+    assert arrival.pressure_step(linear, 2.0, 4.5e3) == pytest.approx(path.end - 4e-3)
+    assert arrival.pressure_step(linear, 2.0, 1e3) == pytest.approx(-2.0 / 1e3)
+
+
 class Softened:
     """A solver whose factors answer with a softness of the other sign."""
 

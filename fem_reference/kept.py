@@ -1,0 +1,98 @@
+"""Steps with a stiffness that is kept: forces alone cost a tenth of new factors.
+
+With the branch's own stiffness they shrink fast or are given up; with convex contact they are mixed
+(`Mixing`).
+"""
+
+import logging
+from typing import Any
+
+import numpy as np
+
+from fem_reference.acceptance import (
+    FORCE_TOLERANCE,
+    MOMENT_TOLERANCE,
+    ROUGH,
+    ROUGH_FORCE,
+    admissible_part,
+    at_noise,
+    imbalance,
+)
+from fem_reference.linear_solver import SymmetricSolver
+from fem_reference.mixing import Mixing
+from fem_reference.problem import Problem
+
+_LOG = logging.getLogger(__name__)
+
+# A step with a kept stiffness that ends the iteration [mm], and the force [N]: strains of 1e-6, and an error
+# of 1e-8 of its length in the place of the actuator's tip; further, where a stiffness of its own follows.
+_KEPT_STEP, _KEPT_FORCE = 1e-6, 1e-5
+_EXACT_STEP, _EXACT_FORCE = 1e-8, 1e-6
+# Steps with a stiffness that is kept: how many, and how fast they must shrink.
+_KEPT_ITERATIONS = 8
+_KEPT_CONTRACTION = 0.2
+# Mixed steps: how many, and after how many that do not shrink to this share of the best they end, for
+# good or where contact's noise is all that is left.
+_MIXED_ITERATIONS, _LED_ASTRAY, _LED_NOWHERE, _LED_ON = 40, 6, 2, 0.9
+
+
+def keep_stiffness(
+    problem: Problem, solver: SymmetricSolver, target: Any, at: Any, linear: Any, size: float
+) -> tuple[Any, Any, float, bool]:
+    """Steps with the factors at hand, as long as they shrink fast: forces alone cost a tenth of a stiffness.
+
+    Returns where they lead, the last linearisation, its residual force, and whether that is an equilibrium.
+    """
+    sizes = [size]
+    last_step, last_force = (_EXACT_STEP, _EXACT_FORCE) if problem.exact else (_KEPT_STEP, _KEPT_FORCE)
+    for iteration in range(_KEPT_ITERATIONS):
+        linear = problem.renewed(linear, at, target)
+        force, moment = imbalance(problem, linear, target, iteration)
+        if force <= FORCE_TOLERANCE and moment <= MOMENT_TOLERANCE:
+            return at, linear, force, True
+        step = problem.newton_step(solver, linear, target)
+        size = problem.size(step, linear)
+        _LOG.debug("  kept stiffness: force %.2e N, moment %.2e N mm, step %.2e mm", force, moment, size)
+        if size <= last_step and force <= last_force and moment <= MOMENT_TOLERANCE:
+            return at, linear, force, True
+        # Steps shrink in pairs: one for the stiff parts' forces, one for what they do.
+        if size > sizes[-1] or (len(sizes) > 1 and size > _KEPT_CONTRACTION * sizes[-2]):
+            break
+        sizes.append(size)
+        at, _ = admissible_part(problem, at, step, linear, 1.0)
+        if not problem.keeps(linear, at):
+            break
+    return at, linear, force, False
+
+
+def mix_steps(
+    problem: Problem, solver: SymmetricSolver, target: Any, at: Any, linear: Any, rough: bool
+) -> tuple[Any, Any, float, float | None]:
+    """Mixed steps with the factors at hand, of convex contact, as long as they lead on.
+
+    Returns where they lead, the last linearisation, its residual force, and if that is an equilibrium, the
+    least eigenvalue of the stiffness in the steps' directions, over that with convex contact.
+    """
+    mixing, best, since = Mixing(problem), np.inf, 0
+    for iteration in range(_MIXED_ITERATIONS):
+        linear = problem.renewed(linear, at, target)
+        force, moment = imbalance(problem, linear, target, iteration)
+        step = problem.newton_step(solver, linear, target)
+        size = problem.size(step, linear)
+        _LOG.debug("  mixed: force %.2e N, moment %.2e N mm, step %.2e mm", force, moment, size)
+        since = 0 if size < _LED_ON * best else since + 1
+        best = min(best, size)
+        if rough and size <= ROUGH * problem.nearby and force <= ROUGH_FORCE:
+            return at, linear, force, mixing.smallest
+        if size <= _KEPT_STEP and force <= _KEPT_FORCE and moment <= MOMENT_TOLERANCE:
+            return at, linear, force, mixing.smallest
+        if since > _LED_NOWHERE and linear.walls_touch and at_noise(problem, step, force, moment):
+            return at, linear, force, mixing.smallest
+        moved, whole = admissible_part(problem, at, step, linear, 1.0)
+        if since > (_LED_NOWHERE if rough else _LED_ASTRAY) or not whole or not problem.keeps(linear, moved):
+            break
+        mixed = mixing.next(moved, step.positions)
+        if problem.allowed(linear, mixed) < 1.0:
+            break
+        at = mixed
+    return at, linear, force, None

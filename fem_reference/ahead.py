@@ -26,7 +26,7 @@ class Polynomial:
         """A start for Newton's method, with walls held apart, and nearer where that is not enough."""
         here, share = self.states[0], 1.0
         for _ in range(_CUTS):
-            plain = self.leg.extrapolated(self.states, weights(share * step, self.back))
+            plain = self.leg.mean(self.states, weights(share * step, self.back))
             guess = self.leg.held_apart(here, plain)
             allowed = self.leg.start_share(here, guess)
             if allowed >= 1.0:

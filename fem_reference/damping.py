@@ -20,6 +20,8 @@ _LOG = logging.getLogger(__name__)
 # Damped steps with which Newton's method gives up, the first where it must end with the stiffness itself: so
 # long a way may well end on another branch.
 _MOST_EXACT, _MOST = 8, 20
+# Negative pivots that the first matrix may have.
+_MOST_FIRST = 20
 # Iterations in which viscosity may be added, and its rates, as shares of the silicone's stiffness at rest.
 _VISCOUS_ITERATIONS = 6
 _FIRST_RATE, _RATE_FACTOR, _LAST_RATE = 0.2, 4.0, 10.0
@@ -47,15 +49,19 @@ class Damping:
         self._rate = _FIRST_RATE
         self._steps = 0
 
-    def factorise(self, at: Any, linear: Any) -> None:
-        """Leave the factors of such a matrix in the solver, or raise an `UnstableError`."""
+    def factorise(self, at: Any, linear: Any, first: bool) -> None:
+        """Leave the factors of such a matrix in the solver, or raise an `UnstableError`.
+
+        A ``first`` one may keep some negative pivots: an extrapolated start has single elements that lack the
+        pressure which the first step gives them.
+        """
         self._steps += 1
         if self._steps > self._most:
             raise UnstableError(f"no equilibrium after {self._most} steps with another stiffness")
         problem = self._problem
         data = problem.convex_contact(linear)
         excess = self._excess(data, linear)
-        if excess <= 0:
+        if excess <= (_MOST_FIRST if first and not problem.exact else 0):
             return
         self._left -= 1
         if self._left >= 0:

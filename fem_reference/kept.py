@@ -34,6 +34,8 @@ _KEPT_CONTRACTION = 0.2
 # Mixed steps: how many, and after how many that do not shrink to this share of the best they end, for
 # good or where contact's noise is all that is left.
 _MIXED_ITERATIONS, _LED_ASTRAY, _LED_NOWHERE, _LED_ON = 40, 6, 2, 0.9
+# One this much longer than the best is of a mean too far, and how often it then starts from the best anew.
+_TOO_FAR, _RESTARTS = 3.0, 2
 
 
 def keep_stiffness(
@@ -73,26 +75,36 @@ def mix_steps(
     Returns where they lead, the last linearisation, its residual force, and if that is an equilibrium, the
     least eigenvalue of the stiffness in the steps' directions, over that with convex contact.
     """
-    mixing, best, since = Mixing(problem), np.inf, 0
+    mixing, smallest, since, restarts = Mixing(problem), np.inf, 0, 0
+    best = at, linear, 0.0
     for iteration in range(_MIXED_ITERATIONS):
         linear = problem.renewed(linear, at, target)
         force, moment = imbalance(problem, linear, target, iteration)
         step = problem.newton_step(solver, linear, target)
         size = problem.size(step, linear)
         _LOG.debug("  mixed: force %.2e N, moment %.2e N mm, step %.2e mm", force, moment, size)
-        since = 0 if size < _LED_ON * best else since + 1
-        best = min(best, size)
+        since = 0 if size < _LED_ON * smallest else since + 1
+        if size < smallest:
+            smallest, best = size, (at, linear, force)
         if rough and size <= ROUGH * problem.nearby and force <= ROUGH_FORCE:
             return at, linear, force, mixing.smallest
         if size <= _KEPT_STEP and force <= _KEPT_FORCE and moment <= MOMENT_TOLERANCE:
             return at, linear, force, mixing.smallest
         if since > _LED_NOWHERE and linear.walls_touch and at_noise(problem, step, force, moment):
             return at, linear, force, mixing.smallest
+        if since > (_LED_NOWHERE if rough else _LED_ASTRAY):
+            break
+        if size > _TOO_FAR * smallest:
+            if restarts == _RESTARTS:
+                break
+            # Back to the best, and another way from there.
+            (at, linear, _), mixing, restarts = best, Mixing(problem), restarts + 1
+            step = problem.newton_step(solver, linear, target)
         moved, whole = admissible_part(problem, at, step, linear, 1.0)
-        if since > (_LED_NOWHERE if rough else _LED_ASTRAY) or not whole or not problem.keeps(linear, moved):
+        if not whole or not problem.keeps(linear, moved):
             break
         mixed = mixing.next(moved, step.positions)
         if problem.allowed(linear, mixed) < 1.0:
             break
         at = mixed
-    return at, linear, force, None
+    return *best, None

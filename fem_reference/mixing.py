@@ -18,8 +18,10 @@ from jaxtyping import Float
 
 from fem_reference.problem import Problem
 
-# States that are mixed; and the relative size of a direction of steps that is lost in their noise.
+# States that are mixed; the largest sum of their absolute weights, beyond which the oldest are left out; and
+# the relative size of a direction of steps that is lost in their noise.
 _DEPTH = 8
+_FARTHEST = 20.0
 _NOISE = 1e-6
 
 
@@ -52,13 +54,20 @@ class Mixing:
         self._places = [*self._places, here][-_DEPTH:]
         self._steps = [*self._steps, step.ravel()][-_DEPTH:]
         self._moved = [*self._moved, moved][-_DEPTH:]
-        shares = np.ones(1)
-        if len(self._steps) > 1:
-            changes = np.array([other - self._steps[-1] for other in self._steps[:-1]])
-            first, *_ = np.linalg.lstsq(changes.T, -self._steps[-1], rcond=_NOISE)
-            shares = np.append(first, 1.0 - first.sum())
+        shares = self._shares()
+        while np.abs(shares).sum() > _FARTHEST:
+            self._places, self._steps, self._moved = self._places[1:], self._steps[1:], self._moved[1:]
+            shares = self._shares()
         self._next = shares @ (np.array(self._places) + np.array(self._steps))
         return self._problem.mean(self._moved, shares.tolist())
+
+    def _shares(self) -> Float[np.ndarray, " states"]:
+        """Weights of the shortest mean step."""
+        changes = np.array([other - self._steps[-1] for other in self._steps[:-1]])
+        if len(changes) == 0:
+            return np.ones(1)
+        first, *_ = np.linalg.lstsq(changes.T, -self._steps[-1], rcond=_NOISE)
+        return np.append(first, 1.0 - first.sum())
 
     @property
     def smallest(self) -> float:

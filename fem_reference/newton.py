@@ -142,7 +142,7 @@ def _iterate(
                 convex = excess is not None and excess > inertia and force > _INERTIA_ABOVE
                 convex_to_the_end = convex and not problem.exact and size <= problem.nearby
             if convex:
-                damping.factorise(at, linear)
+                damping.factorise(at, linear, iteration == 0 and viscous is None)
             step = problem.newton_step(solver, linear, target)
             last_size, size = size, problem.size(step, linear)
             sizes.append(size)

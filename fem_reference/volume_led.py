@@ -18,7 +18,7 @@ Crisfield (1991), Non-linear Finite Element Analysis of Solids and Structures, v
 place of a bordered one. Haynsworth (1968), Determination of the inertia of a partitioned Hermitian matrix.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
@@ -286,15 +286,6 @@ class VolumeLed(Problem):
         """See `Problem.mean`."""
         mean = self.problem.mean([state.deformation for state in states], weights)
         return Filled(mean, sum(w * state.pressure for w, state in zip(weights, states, strict=True)))
-
-    def extrapolated(self, states: list[Filled], weights: list[float]) -> Filled:
-        """The mean, with the stiff parts' forces of the first state.
-
-        Those of single elements between walls in contact jump from state to state: extrapolated, they make
-        the stiffness indefinite.
-        """
-        mean, here = self.mean(states, weights), states[0].deformation
-        return Filled(replace(here, positions=mean.deformation.positions), mean.pressure)
 
     def may_start(self, at: Filled, guess: Filled) -> bool:
         """See `Problem.may_start`."""

@@ -87,7 +87,8 @@ def mix_steps(
         if size < smallest:
             smallest, best = size, (at, linear, force)
         if rough and size <= ROUGH * problem.nearby and force <= ROUGH_FORCE:
-            return at, linear, force, mixing.smallest
+            moved, _ = admissible_part(problem, at, step, linear, 1.0)
+            return moved, linear, force, mixing.smallest
         if size <= _KEPT_STEP and force <= _KEPT_FORCE and moment <= MOMENT_TOLERANCE:
             return at, linear, force, mixing.smallest
         if since > _LED_NOWHERE and linear.walls_touch and at_noise(problem, step, force, moment):

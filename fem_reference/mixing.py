@@ -18,10 +18,10 @@ from jaxtyping import Float
 
 from fem_reference.problem import Problem
 
-# States that are mixed; the largest sum of their absolute weights, beyond which the oldest are left out; and
-# the relative size of a direction of steps that is lost in their noise.
+# States that are mixed; how many times as far as the step at hand a mean may be, or the oldest are left out;
+# and the relative size of a direction of steps that is lost in their noise.
 _DEPTH = 8
-_FARTHEST = 20.0
+_FARTHEST = 30.0
 _NOISE = 1e-6
 
 
@@ -39,7 +39,6 @@ class Mixing:
         self._places: list[Float[np.ndarray, " dofs"]] = []
         self._steps: list[Float[np.ndarray, " dofs"]] = []
         self._moved: list[Any] = []
-
         self._next = np.zeros(0)
 
     def next(self, moved: Any, step: Float[np.ndarray, "..."]) -> Any:
@@ -54,11 +53,12 @@ class Mixing:
         self._places = [*self._places, here][-_DEPTH:]
         self._steps = [*self._steps, step.ravel()][-_DEPTH:]
         self._moved = [*self._moved, moved][-_DEPTH:]
-        shares = self._shares()
-        while np.abs(shares).sum() > _FARTHEST:
-            self._places, self._steps, self._moved = self._places[1:], self._steps[1:], self._moved[1:]
+        while True:
             shares = self._shares()
-        self._next = shares @ (np.array(self._places) + np.array(self._steps))
+            self._next = shares @ (np.array(self._places) + np.array(self._steps))
+            if np.linalg.norm(self._next - here) <= _FARTHEST * np.linalg.norm(step):
+                break
+            self._places, self._steps, self._moved = self._places[1:], self._steps[1:], self._moved[1:]
         return self._problem.mean(self._moved, shares.tolist())
 
     def _shares(self) -> Float[np.ndarray, " states"]:

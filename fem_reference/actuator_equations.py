@@ -231,15 +231,6 @@ class ActuatorEquations:
         """Volume of each chamber [mm³]."""
         return np.array([chamber.volume(at.positions) for chamber in self.chambers])
 
-    def volume_gradient(self, at: Deformation, weights: Float[np.ndarray, "3"]) -> Float[np.ndarray, " q"]:
-        """Derivative of a weighted sum of the chambers' volumes by what is free [mm²]."""
-        x, gradient = at.positions, np.zeros_like(at.positions)
-        for weight, chamber in zip(weights, self.chambers, strict=True):
-            if weight != 0.0:
-                for patch in chamber.patches:
-                    gradient += scatter(patch.connectivity, weight * patch.gradient(x), len(x))
-        return gradient.ravel()[self.free]
-
     def linearise(
         self,
         at: Deformation,

@@ -26,6 +26,7 @@ from jaxtyping import Float
 from fem_reference.actuator_equations import ActuatorLinearisation, Deformation
 from fem_reference.actuator_load import ActuatorTarget
 from fem_reference.actuator_problem import ActuatorProblem, ActuatorStep
+from fem_reference.assembly import scatter
 from fem_reference.linear_solver import SymmetricSolver
 from fem_reference.problem import Linearisation, Problem
 from fem_reference.viscous_solid import ViscousSolid
@@ -158,6 +159,15 @@ class VolumeLed(Problem):
         """Of the chambers, each by its share in the heading: v [mm³]."""
         return float(self._heading @ self.problem.equations.volumes(at.deformation))
 
+    def _gradient(self, x: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, " q"]:
+        """∂v/∂x of what is free [mm²]."""
+        equations, gradient = self.problem.equations, np.zeros_like(x)
+        for weight, chamber in zip(self._heading, equations.chambers, strict=True):
+            if weight != 0.0:
+                for patch in chamber.patches:
+                    gradient += scatter(patch.connectivity, weight * patch.gradient(x), len(x))
+        return gradient.ravel()[equations.free]
+
     def compliance(self, solver: SymmetricSolver, linear: FilledLinearisation) -> tuple[np.ndarray, float]:
         """∂x/∂π and ∂v/∂π by the factors that ``solver`` holds."""
         softness = self.problem.solve(solver, linear.actuator, linear.gradient[:, None])[:, 0]
@@ -183,7 +193,7 @@ class VolumeLed(Problem):
             pairs=linear.pairs,
             slack=linear.slack,
             actuator=linear,
-            gradient=self.problem.equations.volume_gradient(at.deformation, self._heading),
+            gradient=self._gradient(at.deformation.positions),
             missing=target.missing(self.volume(at), at.pressure),
         )
 

@@ -80,8 +80,8 @@ class VolumePathFollower(PathFollower):
         found = self._solve(leg, volume, start, on_the_way=True)
         if found is None:
             # Where the pressure is to fall, more of it than now.
-            rise = abs(ahead.pressure(step) - here.pressure)
-            return None, leg.target(min(here.pressure + rise, leg.end)), step
+            higher = here.pressure + abs(ahead.pressure(step) - here.pressure)
+            return None, leg.target(higher) if higher < leg.end else leg.goal, step
         beyond = found.configuration
         if beyond.pressure < leg.end:
             return found, leg.target(beyond.pressure), step

@@ -59,14 +59,17 @@ def admissible_part(problem: Problem, at: Any, step: Any, linear: Any, fraction:
     """
     whole = True
     for _ in range(_MAX_BACKTRACKS):
-        plain = problem.advance(at, step, fraction, linear)
-        trial = problem.held_apart(at, plain)
+        trial = problem.advance(at, step, fraction, linear)
         allowed = problem.allowed(linear, trial)
+        if allowed < 1.0:
+            whole, plain = False, trial
+            trial = problem.held_apart(at, plain)
+            if trial is not plain:
+                allowed = problem.allowed(linear, trial)
         if allowed >= 1.0:
             if not whole:
-                _LOG.debug("step cut to %.3g", fraction)
-            return trial, whole and trial is plain
-        whole = False
+                _LOG.debug("%.3g of a step taken, as something is in the way", fraction)
+            return trial, whole
         fraction *= allowed
     raise NewtonError(
         f"no admissible step: a wall, the rod or an element blocks it at {fraction:.1e} of its length"

@@ -79,7 +79,8 @@ class Settled:
     base_force, base_moment : reaction at the clamped base, about the origin [N, N m].
     iterations : of Newton's method since the state before.
     residual : largest nodal force left [N].
-    stable : whether it is a minimum of its energy; None where that is not known.
+    stable : whether it is a minimum of its energy, contact taken as convex or as the last steps tell of it;
+        None where that is not known.
     jumped : whether walls lost their balance since the state before, so that this one is on another branch.
     memory : of the path that led here.
     """

@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass
 
+from fem_reference.acceptance import admissible_part
 from fem_reference.extrapolation import weights
+from fem_reference.problem import NewtonError
 from fem_reference.volume_led import Filled, FilledLinearisation, FillingStep, VolumeLed
 
 # Cuts of a guess before it is given up for the state at hand.
@@ -27,8 +29,11 @@ class Polynomial:
         here, share = self.states[0], 1.0
         for _ in range(_CUTS):
             plain = self.leg.mean(self.states, weights(share * step, self.back))
-            guess = self.leg.held_apart(here, plain)
-            allowed = self.leg.start_share(here, guess)
+            guess, allowed = plain, self.leg.start_share(here, plain)
+            if allowed < 1.0:
+                guess = self.leg.held_apart(here, plain)
+                if guess is not plain:
+                    allowed = self.leg.start_share(here, guess)
             if allowed >= 1.0:
                 return guess
             share *= allowed
@@ -50,11 +55,8 @@ class Tangent:
 
     def state(self, step: float) -> Filled:
         """A start for Newton's method, as far as nothing blocks it."""
-        for _ in range(_CUTS):
-            plain = self.leg.advance(self.here, self.direction, step, self.linear)
-            guess = self.leg.held_apart(self.here, plain)
-            allowed = self.leg.allowed(self.linear, guess)
-            if allowed >= 1.0:
-                return guess
-            step *= allowed
-        return self.here
+        try:
+            guess, _ = admissible_part(self.leg, self.here, self.direction, self.linear, step)
+        except NewtonError:
+            return self.here
+        return guess

@@ -87,6 +87,8 @@ def solve_equilibrium(
 ) -> Equilibrium:
     """Iterate from ``start`` to equilibrium under ``target``; the solver is left with the factors there.
 
+    They are those with convex contact where the equilibrium was found with it, and says so.
+
     Parameters
     ----------
     problem, solver, target : what, by what, and under which loads.

@@ -61,6 +61,16 @@ def test_single_entries_add_up(pattern):
     assert np.count_nonzero(matrix) == 2
 
 
+def a_group_and_an_entry_add_up(pattern: SparsePattern, row: int, column: int) -> None:
+    data = np.zeros(len(pattern))
+    local = blocks(len(PAIRS), 3, 0)
+    pattern.add_group(data, 0, local)
+    pattern.add_entries(data, np.array([row]), np.array([column]), np.array([4.0]))
+    expected = np.triu(added_one_by_one(PAIRS, local))
+    expected[row, column] += 4.0
+    np.testing.assert_allclose(pattern.matrix(data).toarray(), expected, rtol=0, atol=1e-15)
+
+
 def test_the_pattern_grows_by_what_it_lacks_and_keeps_its_groups(pattern):
     before, revision = len(pattern), pattern.revision
     pattern.extend(np.array([0, 5]), np.array([8, 6]))
@@ -68,14 +78,7 @@ def test_the_pattern_grows_by_what_it_lacks_and_keeps_its_groups(pattern):
     pattern.extend(np.array([0, 3, 3]), np.array([8, 8, 8]))
     assert len(pattern) == before + 1
     assert pattern.revision != revision
-
-    data = np.zeros(len(pattern))
-    local = blocks(len(PAIRS), 3, 0)
-    pattern.add_group(data, 0, local)
-    pattern.add_entries(data, np.array([3]), np.array([8]), np.array([4.0]))
-    expected = np.triu(added_one_by_one(PAIRS, local))
-    expected[3, 8] = 4.0
-    np.testing.assert_allclose(pattern.matrix(data).toarray(), expected, rtol=0, atol=1e-15)
+    a_group_and_an_entry_add_up(pattern, 3, 8)
 
 
 def test_a_pattern_covers_what_is_asked_for_with_what_may_follow_and_drops_the_rest(pattern):
@@ -89,11 +92,4 @@ def test_a_pattern_covers_what_is_asked_for_with_what_may_follow_and_drops_the_r
     pattern.cover(np.array([2]), np.array([8]), lambda: (none, none))
     assert len(pattern) == own + 1
     assert pattern.revision != revision
-
-    data = np.zeros(len(pattern))
-    local = blocks(len(PAIRS), 3, 0)
-    pattern.add_group(data, 0, local)
-    pattern.add_entries(data, np.array([2]), np.array([8]), np.array([4.0]))
-    expected = np.triu(added_one_by_one(PAIRS, local))
-    expected[2, 8] += 4.0
-    np.testing.assert_allclose(pattern.matrix(data).toarray(), expected, rtol=0, atol=1e-15)
+    a_group_and_an_entry_add_up(pattern, 2, 8)

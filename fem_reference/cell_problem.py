@@ -14,6 +14,8 @@ from fem_reference.viscous_solid import ViscousSolid
 # Largest turn of the top face in one step [rad].
 _MAX_TURN = 0.05
 _WALL_MARGIN = 0.9
+# Share of the smallest element's size by which nodes may move without a look at its volume.
+_SAFE = 0.05
 # Change of the strain that counts as the contact's noise: of u [1/mm], 0.007° over 60 mm; of the stretch, the
 # same at the wall's radius.
 _CONTACT_STRAIN_STEP = np.array([2e-6, 2e-6, 2e-6, 1e-5])
@@ -71,6 +73,8 @@ class CellProblem(Problem):
     def __init__(self, equations: CellEquations) -> None:
         self.equations = equations
         self.pattern = equations.pattern
+        # A move of nodes that inverts no element.
+        self._safe = _SAFE * float(np.cbrt(equations.solid.volume.min()))
 
     def begin(self, start: Configuration, target: CellTarget) -> Configuration:
         """The start with the imposed curvature, if there is one."""
@@ -173,17 +177,23 @@ class CellProblem(Problem):
         return self.equations.advance(at, step, fraction, linear)
 
     def allowed(self, linear: CellLinearisation, trial: Configuration) -> float:
-        """Share of a trial step before walls meet; half, where the rod or an element blocks it."""
+        """Share of a trial step before walls meet; half, where the rod, an element or the bend blocks it."""
         equations = self.equations
+        try:
+            series = equations.series(trial)
+        except ValueError:
+            return 0.5
         x = equations.all_positions(trial)
         limit = equations.walls.step_limit(linear.frame.positions, x)
         if limit < 1.0:
             return _WALL_MARGIN * limit
-        good = (
-            equations.rod.admissible(x, equations.series(trial))
-            and equations.solid.dilatation(x)[:, 0].min() > -0.9
+        if not equations.rod.admissible(x, series):
+            return 0.5
+        inverts = (
+            np.abs(x - linear.frame.positions).max() > self._safe
+            and equations.solid.dilatation(x)[:, 0].min() <= -0.9
         )
-        return 1.0 if good else 0.5
+        return 0.5 if inverts else 1.0
 
     def mean(self, states: list[Configuration], weights: list[float]) -> Configuration:
         """Weighted mean of every unknown."""

@@ -24,10 +24,12 @@ from fem_reference.problem import Problem
 
 _LOG = logging.getLogger(__name__)
 
-# A step with a kept stiffness that ends the iteration [mm], and the force [N]: strains of 1e-6, and an error
-# of 1e-8 of its length in the place of the actuator's tip; further, where a stiffness of its own follows.
-_KEPT_STEP, _KEPT_FORCE = 1e-6, 1e-5
-_EXACT_STEP, _EXACT_FORCE = 1e-8, 1e-6
+# A step with a kept stiffness that ends the iteration [mm], the force [N] and the moment [N mm]: strains of
+# 1e-6, and an error of 1e-8 of its length in the place of the actuator's tip; further, where a stiffness of
+# its own follows; less far where it does after mixed steps, as it ends in contact's noise.
+_KEPT_END = 1e-6, 1e-5, MOMENT_TOLERANCE
+_EXACT_END = 1e-8, 1e-6, MOMENT_TOLERANCE
+_MIXED_END = 1e-5, 1e-4, 1e-5
 # Steps with a stiffness that is kept: how many, and how fast they must shrink.
 _KEPT_ITERATIONS = 8
 _KEPT_CONTRACTION = 0.2
@@ -46,7 +48,7 @@ def keep_stiffness(
     Returns where they lead, the last linearisation, its residual force, and whether that is an equilibrium.
     """
     sizes = [size]
-    last_step, last_force = (_EXACT_STEP, _EXACT_FORCE) if problem.exact else (_KEPT_STEP, _KEPT_FORCE)
+    last_step, last_force, last_moment = _EXACT_END if problem.exact else _KEPT_END
     for iteration in range(_KEPT_ITERATIONS):
         linear = problem.renewed(linear, at, target)
         force, moment = imbalance(problem, linear, target, iteration)
@@ -55,7 +57,7 @@ def keep_stiffness(
         step = problem.newton_step(solver, linear, target)
         size = problem.size(step, linear)
         _LOG.debug("  kept stiffness: force %.2e N, moment %.2e N mm, step %.2e mm", force, moment, size)
-        if size <= last_step and force <= last_force and moment <= MOMENT_TOLERANCE:
+        if size <= last_step and force <= last_force and moment <= last_moment:
             return at, linear, force, True
         # Steps shrink in pairs: one for the stiff parts' forces, one for what they do.
         if size > sizes[-1] or (len(sizes) > 1 and size > _KEPT_CONTRACTION * sizes[-2]):
@@ -77,6 +79,7 @@ def mix_steps(
     """
     mixing, smallest, since, restarts = Mixing(problem), np.inf, 0, 0
     best = at, linear, 0.0
+    last_step, last_force, last_moment = _MIXED_END if problem.exact else _KEPT_END
     for iteration in range(_MIXED_ITERATIONS):
         linear = problem.renewed(linear, at, target)
         force, moment = imbalance(problem, linear, target, iteration)
@@ -89,7 +92,7 @@ def mix_steps(
         if rough and size <= ROUGH * problem.nearby and force <= ROUGH_FORCE:
             moved, _ = admissible_part(problem, at, step, linear, 1.0)
             return moved, linear, force, mixing.smallest
-        if size <= _KEPT_STEP and force <= _KEPT_FORCE and moment <= MOMENT_TOLERANCE:
+        if size <= last_step and force <= last_force and moment <= last_moment:
             return at, linear, force, mixing.smallest
         if since > _LED_NOWHERE and linear.walls_touch and at_noise(problem, step, force, moment):
             return at, linear, force, mixing.smallest
@@ -101,11 +104,9 @@ def mix_steps(
             # Back to the best, and another way from there.
             (at, linear, _), mixing, restarts = best, Mixing(problem), restarts + 1
             step = problem.newton_step(solver, linear, target)
-        moved, whole = admissible_part(problem, at, step, linear, 1.0)
-        if not whole or not problem.keeps(linear, moved):
-            break
+        moved = problem.advance(at, step, 1.0, linear)
         mixed = mixing.next(moved, step.positions)
-        if problem.allowed(linear, mixed) < 1.0:
+        if not problem.keeps(linear, moved) or problem.allowed(linear, mixed) < 1.0:
             break
         at = mixed
     return *best, None

@@ -131,6 +131,8 @@ def _iterate(
     size, excess, too_long, growing = np.inf, None, 0, 0
     # Whether contact stays convex to the end, as the stiffness was seen to have more negative pivots nearby.
     convex_to_the_end = False
+    # Whether mixed steps have led here.
+    mixed = False
     for iteration in range(MAX_ITERATIONS if viscous is None else _CREEP_ITERATIONS):
         linear = problem.linearise(at, target, viscous, before)
         force, moment = imbalance(problem, linear, target, iteration)
@@ -161,7 +163,8 @@ def _iterate(
         )
         if size <= _ROUND_OFF_STEP and force <= _ROUND_OFF_FORCE and moment <= MOMENT_TOLERANCE:
             return _settled(problem, solver, at, linear, iteration, force, excess)
-        if iteration >= _PATIENCE and linear.walls_touch and at_noise(problem, step, force, moment):
+        patient = mixed or iteration >= _PATIENCE
+        if patient and linear.walls_touch and at_noise(problem, step, force, moment):
             return _settled(problem, solver, at, linear, iteration, force, excess)
         history.append(force)
         too_long += convex and size > problem.reach
@@ -200,14 +203,17 @@ def _iterate(
             if softest is not None:
                 return Equilibrium(at, None, iteration + 1, force, inertia, convex=True)
             continue
-        if viscous is not None or (convex and not convex_to_the_end):
+        if viscous is not None or (convex and not (problem.exact or convex_to_the_end)):
             continue
         if size <= problem.nearby * (_KEPT_CONVEX if convex else 1.0) and problem.keeps(linear, at):
             if convex:
                 at, linear, force, softest = mix_steps(problem, solver, target, at, linear, False)
-                if softest is not None:
+                if softest is not None and not problem.exact:
                     left = inertia if np.isinf(softest) else int(softest < 0.0)
                     return Equilibrium(at, linear, iteration + 1, force, left, convex=True)
+                if softest is not None and softest < 0.0:
+                    raise UnstableError("mixed steps lead to where the stiffness is negative along them")
+                mixed = softest is not None
                 continue
             at, linear, force, balanced = keep_stiffness(problem, solver, target, at, linear, size)
             # Negative pivots are judged by the stiffness here, not by one nearby.

@@ -51,18 +51,27 @@ class Rounded(Diagonal):
 
     nearby = 0.1
 
-    def __init__(self):
-        super().__init__(lambda x: x**3 - x, lambda x: 3.0 * x**2 - 1.0, 2, reach=0.5)
+    def __init__(self, depths=(1.0, 1.0)):
+        k = np.array(depths)
+        super().__init__(lambda x: x**3 - k * x, lambda x: 3.0 * x**2 - k, len(k), reach=0.5)
 
     def convex_contact(self, linear):
         return linear.data + 2.0
 
 
 def test_steps_with_convex_contact_lead_to_a_minimum_and_are_given_up_at_a_saddle():
-    """Near the maximum such a step doubles the distance from it: from 1e-3 mm that is seen before its end."""
+    """Near the maximum such a step doubles the distance from it; mixed ones go there, and tell so."""
     np.testing.assert_allclose(solve(Rounded(), 0.0, 0.2).configuration, 1.0, atol=1e-9)
+    with pytest.raises(UnstableError, match=r"^mixed steps lead to where the stiffness is negative"):
+        solve(Rounded((1.0, 0.6, 0.3)), 0.0, 0.01)
+
+
+def test_steps_with_convex_contact_that_grow_are_given_up():
+    """Where mixed steps are not taken, as nothing is near enough."""
+    problem = Rounded()
+    problem.nearby = 0.0
     with pytest.raises(UnstableError, match=r"^7 steps with another stiffness grow"):
-        solve(Rounded(), 0.0, 1e-3)
+        solve(problem, 0.0, 1e-3)
 
 
 class Counted(PardisoSolver):

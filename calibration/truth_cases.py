@@ -2,8 +2,8 @@
 
 Roles were given before anything was fitted: ``fit`` runs calibrate the end zones, ``judge`` runs judge the
 rod. No load of one role is a load of the other on the same winding. Some came later, as fit runs, after the
-judge runs had shown where the rod errs most: the pair 2+3, two unequal pairs and six triples, and two runs at
-a pitch of 6 mm.
+judge runs had shown where the rod errs most: the pair 2+3, two unequal pairs and six triples, two runs at a
+pitch of 6 mm, and two of six helices.
 """
 
 import math
@@ -104,6 +104,12 @@ def cases() -> tuple[TruthCase, ...]:
     for name in ("ring", "six-helix"):
         named.append((f"{name}-chamber1", "judge", layout(name), _ramp((1.0, 0.0, 0.0), (15, 30, 45, 60))))
         named.append((f"{name}-pair12", "judge", layout(name), _ramp((1.0, 1.0, 0.0), (15, 30, 45))))
+    six = layout("six-helix")
+    named += [
+        # Nor do they hold six helices as they hold two.
+        ("six-helix-chamber1-fit", "fit", six, _ramp((1.0, 0.0, 0.0), (10, 20, 40, 50))),
+        ("six-helix-pair12-fit", "fit", six, _ramp((1.0, 1.0, 0.0), (10, 20, 35, 42))),
+    ]
     return tuple(TruthCase(*row) for row in named)
 
 

@@ -66,8 +66,6 @@ class ActuatorLinearisation(Linearisation):
     force : internal forces less the pressures', at every point, clamped ones too [N].
     load_columns, load_rows : the tip load's stiffness is their product, to be taken off; None without one.
     volume_gradient, length_gradient, extension_gradient : of elements, thread segments and the rod's spans.
-    frames : along the rod, where the stiffness was taken.
-    turns : of every point's section since then; None where there was none.
     """
 
     positions: Float[np.ndarray, "points 3"]
@@ -77,8 +75,6 @@ class ActuatorLinearisation(Linearisation):
     volume_gradient: Float[np.ndarray, "elements modes dofs"]
     length_gradient: Float[np.ndarray, "segments _"]
     extension_gradient: Float[np.ndarray, "spans 12"]
-    frames: Float[np.ndarray, "levels 3 3"] | None = None
-    turns: Float[np.ndarray, "points 3 3"] | None = None
 
 
 @dataclass(frozen=True)

@@ -66,11 +66,7 @@ class ActuatorProblem(Problem):
         before: ActuatorLinearisation | None = None,
     ) -> ActuatorLinearisation:
         """See `ActuatorEquations.linearise`."""
-        linear = self.equations.linearise(at, target, viscous=viscous, before=before)
-        return replace(linear, frames=self._frames(at))
-
-    def _frames(self, at: Deformation) -> Float[np.ndarray, "levels 3 3"]:
-        return self._frame.frames(at.positions[self.equations.nodes :])[1]
+        return self.equations.linearise(at, target, viscous=viscous, before=before)
 
     def renewed(
         self,
@@ -79,11 +75,8 @@ class ActuatorProblem(Problem):
         target: ActuatorTarget,
         viscous: ViscousSolid | None = None,
     ) -> ActuatorLinearisation:
-        """See `ActuatorEquations.renewed`; the stiffness that is kept turns with the sections."""
-        renewed = self.equations.renewed(linear, at, target, viscous)
-        if linear.frames is None:
-            return renewed
-        return replace(renewed, turns=self._frame.turns(linear.frames, self._frames(at)))
+        """See `ActuatorEquations.renewed`."""
+        return self.equations.renewed(linear, at, target, viscous)
 
     def keeps(self, linear: ActuatorLinearisation, at: Deformation) -> bool:
         """See `Problem.keeps`."""
@@ -121,30 +114,13 @@ class ActuatorProblem(Problem):
         linear: ActuatorLinearisation,
         right: Float[np.ndarray, "q columns"],
     ) -> Float[np.ndarray, "q columns"]:
-        """Solve for every column, with the tip load's own stiffness.
-
-        Where the stiffness is kept, in the frames of its sections: a thread or a rod that turns, if only by
-        1e-4, would else be stretched by steps of a stiffness that holds it where it was.
-        """
-        right = self._turned(right, linear, back=True)
+        """Solve for every column, with the tip load's own stiffness."""
         if linear.load_columns is None:
-            return self._turned(solver.solve(right), linear)
+            return solver.solve(right)
         count, rows = right.shape[1], linear.load_rows
         solution = solver.solve(np.column_stack([right, linear.load_columns]))
         bare, loaded = solution[:, :count], solution[:, count:]
-        return self._turned(bare + loaded @ np.linalg.solve(np.eye(3) - rows @ loaded, rows @ bare), linear)
-
-    def _turned(
-        self, columns: Float[np.ndarray, "q columns"], linear: ActuatorLinearisation, back: bool = False
-    ) -> Float[np.ndarray, "q columns"]:
-        """Vectors of every point turned with its section since the stiffness was taken, or back."""
-        if linear.turns is None:
-            return columns
-        free, turns = self.equations.free, linear.turns
-        everywhere = np.zeros((3 * len(turns), columns.shape[1]))
-        everywhere[free] = columns
-        turns = np.swapaxes(turns, 1, 2) if back else turns
-        return (turns @ everywhere.reshape(len(turns), 3, -1)).reshape(everywhere.shape)[free]
+        return bare + loaded @ np.linalg.solve(np.eye(3) - rows @ loaded, rows @ bare)
 
     def step(self, free: Float[np.ndarray, " q"], linear: ActuatorLinearisation) -> ActuatorStep:
         """A step from the displacements of what is free."""

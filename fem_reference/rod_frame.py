@@ -55,13 +55,6 @@ class RodFrame:
         local[:, 2] += self._stations
         return local
 
-    def turns(
-        self, before: Float[np.ndarray, "levels 3 3"], now: Float[np.ndarray, "levels 3 3"]
-    ) -> Float[np.ndarray, "points 3 3"]:
-        """Rotations that take every point's section from its frame before to that of now."""
-        change = now @ np.swapaxes(before, 1, 2)
-        return change[np.concatenate([self._level, self._greville])]
-
     def moved(
         self, positions: Float[np.ndarray, "points 3"], by: Float[np.ndarray, "nodes 3"]
     ) -> Float[np.ndarray, "points 3"]:

@@ -14,7 +14,6 @@ from fem_reference.actuator_equations import ActuatorEquations, ActuatorModel
 from fem_reference.actuator_problem import ActuatorProblem
 from fem_reference.cell_equations import CellEquations
 from fem_reference.cell_problem import CellProblem, CellTarget
-from fem_reference.linear_solver import PardisoSolver
 from fem_reference.problem import Problem
 from tests.fem_fixtures import QUADRATIC, TINY, bent_configuration, difference, relative_error
 
@@ -135,45 +134,3 @@ def test_resistance_to_a_change_of_the_strain_is_an_exact_derivative_too(level):
         assert relative_error(linear.node_strain[:-2, i], slope) <= 1e-6
         slope = difference(lambda t, i=i: linearise(t, i).strain_residual, 1e-6)
         assert relative_error(linear.strain_strain[i], slope) <= 1e-6
-
-
-def bent(case: Case, curvature: float) -> Any:
-    """The actuator's state with its sections on an arc, but where it is clamped."""
-    equations = case.problem.equations
-    x, z, s = case.at.positions, equations.mesh.points[:, 2], equations.basis.greville
-
-    def on_arc(z: np.ndarray, aside: np.ndarray, along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        turn = curvature * z
-        across = (1.0 - np.cos(turn)) / curvature + np.cos(turn) * aside + np.sin(turn) * along
-        return across, np.sin(turn) / curvature - np.sin(turn) * aside + np.cos(turn) * along
-
-    moved = x.copy()
-    moved[: len(z), 0], moved[: len(z), 2] = on_arc(z, x[: len(z), 0], x[: len(z), 2] - z)
-    through = np.column_stack(on_arc(s, 0.0 * s, 0.0 * s))
-    moved[len(z) :, [0, 2]] = np.linalg.solve(equations.basis.values(s), through)
-    return dataclasses.replace(case.at, positions=np.where(equations.clamped, x, moved))
-
-
-def test_a_kept_stiffness_turns_with_the_sections():
-    """It tells the forces of bending on where the body is bent by 0.05° more than it was.
-
-    One that does not turn stretches thread and rod by that turn. What is left is the turn from a span of the
-    rod's curve to the next, a third of that of this short body.
-    """
-    case = actuator(TINY)
-    problem, free = case.problem, case.problem.equations.free
-    before, now, further = (bent(case, k) for k in (1e-3, 1.1e-3, 1.2e-3))
-    linear = problem.linearise(before, case.target)
-    fresh, kept = problem.linearise(now, case.target), problem.renewed(linear, now, case.target)
-    move = (further.positions - now.positions).ravel()[free][:, None]
-    force = case.matrix(fresh.data) @ move - fresh.load_columns @ (fresh.load_rows @ move)
-    solver, errors = PardisoSolver(), []
-    for data, at in (
-        (fresh.data, fresh),
-        (linear.data, kept),
-        (linear.data, dataclasses.replace(kept, turns=None)),
-    ):
-        solver.factorise(problem.pattern.matrix(data), problem.pattern.revision)
-        errors.append(relative_error(problem.solve(solver, at, force), move))
-    assert errors[0] <= 1e-9
-    assert 0.0 < errors[1] < 0.5 * errors[2]

@@ -143,14 +143,3 @@ def test_nodes_are_moved_in_the_frames_of_their_sections(frame, axis):
     moved = frame.moved(x, by)
     np.testing.assert_allclose(frame.straightened(moved), frame.straightened(x) + by, atol=1e-12)
     np.testing.assert_array_equal(moved[63:], x[63:])
-
-
-def test_sections_turn_with_the_curve_from_one_bend_to_another(frame, axis):
-    """Between arcs of curvatures k and K in one plane, a section at s turns by (K − k) s."""
-    before, now = (frame.frames(arc(axis.basis, k))[1] for k in (0.03, 0.06))
-    s = np.concatenate([np.repeat(np.linspace(0.0, LENGTH, 21), 3), axis.basis.greville])
-    turned = frame.turns(before, now)
-    # As far as a cubic spline's tangents go: 4e-5 mm over sections of 1 mm, see above.
-    np.testing.assert_allclose(turned[:, 0, 0], np.cos(0.03 * s), atol=1e-4)
-    np.testing.assert_allclose(turned[:, 0, 2], np.sin(0.03 * s), atol=1e-4)
-    np.testing.assert_allclose(turned[:, :, 1], np.tile([0.0, 1.0, 0.0], (len(s), 1)), atol=1e-12)

@@ -134,3 +134,12 @@ def test_resistance_to_a_change_of_the_strain_is_an_exact_derivative_too(level):
         assert relative_error(linear.node_strain[:-2, i], slope) <= 1e-6
         slope = difference(lambda t, i=i: linearise(t, i).strain_residual, 1e-6)
         assert relative_error(linear.strain_strain[i], slope) <= 1e-6
+
+
+def test_a_bend_of_more_than_two_radians_is_shortened():
+    """Beyond, the rigid motions along the rod are not told; a mean of states may ask for it."""
+    case = cell(TINY)
+    linear = case.problem.linearise(case.at, case.target)
+    bend = case.at.strain + np.array([0.0, 2.1 / case.problem.equations.period, 0.0, 0.0])
+    assert case.problem.allowed(linear, case.at) == 1.0
+    assert case.problem.allowed(linear, dataclasses.replace(case.at, strain=bend)) == 0.5

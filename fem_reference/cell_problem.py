@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from fem_reference.cell_equations import GAUGES, SOLID, CellEquations
 from fem_reference.configuration import CellLinearisation, Configuration, Step
+from fem_reference.helical import HelicalFrame
 from fem_reference.linear_solver import SymmetricSolver
 from fem_reference.problem import NewtonError, Problem
 from fem_reference.viscous_solid import ViscousSolid
@@ -183,7 +184,7 @@ class CellProblem(Problem):
             series = equations.series(trial)
         except ValueError:
             return 0.5
-        x = equations.all_positions(trial)
+        x = HelicalFrame(equations.helical, trial.positions, series).positions
         limit = equations.walls.step_limit(linear.frame.positions, x)
         if limit < 1.0:
             return _WALL_MARGIN * limit

@@ -56,6 +56,22 @@ class CellTarget:
         return np.concatenate(parts)
 
 
+@dataclass(frozen=True)
+class _Follow:
+    """How nodes follow the strain's unknown components, by some factors: for steps that keep these."""
+
+    solver: SymmetricSolver
+    factors: int
+    node_strain: Float[np.ndarray, "q 4"]
+    unknown: slice
+    columns: Float[np.ndarray, "q unknowns"]
+
+    def serves(self, solver: SymmetricSolver, linear: CellLinearisation, unknown: slice) -> bool:
+        """Whether it is of these factors, this coupling, and these components."""
+        same = solver is self.solver and solver.factors == self.factors
+        return same and linear.node_strain is self.node_strain and unknown == self.unknown
+
+
 class CellProblem(Problem):
     """Equilibria of one period.
 
@@ -74,6 +90,7 @@ class CellProblem(Problem):
     def __init__(self, equations: CellEquations) -> None:
         self.equations = equations
         self.pattern = equations.pattern
+        self._follow: _Follow | None = None
         # A move of nodes that inverts no element.
         self._safe = _SAFE * float(np.cbrt(equations.solid.volume.min()))
 
@@ -148,14 +165,18 @@ class CellProblem(Problem):
     def newton_step(self, solver: SymmetricSolver, linear: CellLinearisation, target: CellTarget) -> Step:
         """Step of nodes, multipliers and, by their Schur complement, of the strain's unknown components."""
         unknown = self._unknown(target)
-        coupling = linear.node_strain[:, unknown]
-        solution = solver.solve(np.column_stack([-linear.residual, coupling]))
-        dq, strain = solution[:, 0], np.zeros(4)
+        coupling, strain = linear.node_strain[:, unknown], np.zeros(4)
+        if self._follow is not None and self._follow.serves(solver, linear, unknown):
+            dq, softness = solver.solve(-linear.residual[:, None])[:, 0], self._follow.columns
+        else:
+            solution = solver.solve(np.column_stack([-linear.residual, coupling]))
+            dq, softness = solution[:, 0], solution[:, 1:]
+            self._follow = _Follow(solver, solver.factors, linear.node_strain, unknown, softness)
         if coupling.size:
-            schur = linear.strain_strain[unknown, unknown] - coupling.T @ solution[:, 1:]
+            schur = linear.strain_strain[unknown, unknown] - coupling.T @ softness
             lacking = -self._strain_residual(linear, target)[unknown] - coupling.T @ dq
             strain[unknown] = np.linalg.solve(schur, lacking)
-            dq = dq - solution[:, 1:] @ strain[unknown]
+            dq = dq - softness @ strain[unknown]
         return Step(dq[:-GAUGES].reshape(-1, 3), strain, dq[-GAUGES:])
 
     def size(self, step: Step, linear: CellLinearisation) -> float:

@@ -15,12 +15,14 @@ from jaxtyping import ArrayLike, Float
 
 from fem_reference.material import (
     BLOCKS,
+    DyadModuli,
     Moduli,
-    Principal,
     dot,
+    half_turned,
     isochoric_energy,
     isochoric_response,
     isochoric_stress,
+    pressure_moduli,
     principal,
     stored,
 )
@@ -77,10 +79,12 @@ def _at_points(
     F = stored(_deformation_gradient(chunk, local))
     at, growth = stored((principal(F), _growth(F)))
     constitutive = bulk_modulus * _mean(chunk, growth)
-    stress, tangent = isochoric_response(moduli, at)
+    stress, dyads = isochoric_response(moduli, at)
     kept = constitutive if pressure is None else pressure
-    at_points = (chunk.modes * kept[:, None]).sum(axis=0)
-    tangent = (tangent + at_points * _determinant_tangent(at)) * chunk.weights
+    volumetric = pressure_moduli(at, 1.0 + growth, (chunk.modes * kept[:, None]).sum(axis=0))
+    alone, across, crossed = dyads.alone, dyads.across + volumetric, dyads.crossed - volumetric
+    dyads = stored(DyadModuli(*(chunk.weights * part for part in (alone, across, crossed))))
+    tangent = half_turned(dyads, at.after)
     turned = stored(_turned(chunk, at.before))
     cofactor = (1.0 + growth) / at.stretch
     volume_gradient = stored(
@@ -177,21 +181,6 @@ def _growth(F: Float[Array, "3 3 points elements"]) -> Float[Array, "points elem
 
 def _mean(chunk: ElementChunk, growth: Float[Array, "points elements"]) -> Float[Array, "modes elements"]:
     return (chunk.modes * (chunk.weights * growth)).sum(axis=1) / chunk.volume
-
-
-def _determinant_tangent(at: Principal) -> Float[Array, "6 3 3 points elements"]:
-    """∂²(det F)/∂F², turned as the isochoric tangent is: ε_ikm ε_abc (F N)_mc."""
-    zero = jnp.zeros_like(at.stretch[0])
-
-    def entry(i: int, k: int, a: int, b: int) -> Array:
-        if i == k or a == b:
-            return zero
-        m, c = 3 - i - k, 3 - a - b
-        sign = 1.0 if (k - i) % 3 == (b - a) % 3 else -1.0
-        return sign * at.after[m, c] * at.stretch[c]
-
-    blocks = [[[entry(i, k, a, b) for b in range(3)] for a in range(3)] for i, k in BLOCKS]
-    return jnp.stack([jnp.stack([jnp.stack(row) for row in block]) for block in blocks])
 
 
 def _turned(chunk: ElementChunk, frame: Array) -> Float[Array, "3 nodes points elements"]:

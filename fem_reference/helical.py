@@ -101,9 +101,7 @@ class HelicalFrame:
         self.positions = positions[helical.base]
         self.positions[helical.images] = source @ self.rotation.T + motion[:3, 3]
         self._first_rotation = first[:, :3, :3]
-        self._second = np.einsum("uvij,nj->niuv", second[:, :, :3, :3], source) + second[
-            :, :, :3, 3
-        ].transpose(2, 0, 1)
+        self._source, self._second = source, second
         #: ∂x/∂y of every node, (node, 3, y); zero for the independent ones.
         self.strain_motion = np.zeros((len(helical.base), 3, 4))
         self.strain_motion[helical.images] = (
@@ -139,7 +137,8 @@ class HelicalFrame:
         image = force[self._map.images]
         mixed = np.zeros((self._map.count, 3, 4))
         np.add.at(mixed, self._map.sources, np.einsum("ni,uij->nju", image, self._first_rotation))
-        return mixed, np.einsum("ni,niuv->uv", image, self._second)
+        turned = np.einsum("uvij,ij->uv", self._second[:, :, :3, :3], image.T @ self._source)
+        return mixed, turned + self._second[:, :, :3, 3] @ image.sum(axis=0)
 
     def rotate_blocks(self, connectivity: Int[np.ndarray, "blocks nodes"], blocks: np.ndarray) -> np.ndarray:
         """Local matrices over all nodes, turned into matrices over the independent nodes."""

@@ -22,7 +22,12 @@ class SingularMatrixError(ArithmeticError):
 
 @runtime_checkable
 class SymmetricSolver(Protocol):
-    """Factorise once, solve often. The matrix comes as the upper triangle in CSR."""
+    """Factorise once, solve often. The matrix comes as the upper triangle in CSR.
+
+    ``factors`` names the factors at hand: it grows with each factorisation.
+    """
+
+    factors: int
 
     def factorise(self, upper: sparse.csr_matrix, revision: int) -> int | None:
         """Factorise; return the number of negative pivots, or None where the solver does not tell.
@@ -49,7 +54,7 @@ class PardisoSolver:
         import pypardiso
 
         self._definite = definite
-
+        self.factors = 0
         self._error = pypardiso.pardiso_wrapper.PyPardisoError
         self._pardiso = pypardiso.PyPardisoSolver(mtype=-2)
         for index, value in (
@@ -72,6 +77,7 @@ class PardisoSolver:
 
     def factorise(self, upper: sparse.csr_matrix, revision: int) -> int:
         """See `SymmetricSolver.factorise`."""
+        self.factors += 1
         if revision != self._revision and self._upper is not None:
             self._pardiso.free_memory()
         analysed = revision == self._revision
@@ -110,9 +116,11 @@ class SuperLuSolver:
 
     def __init__(self) -> None:
         self._factor = None
+        self.factors = 0
 
     def factorise(self, upper: sparse.csr_matrix, revision: int) -> None:
         """See `SymmetricSolver.factorise`; the inertia is not available."""
+        self.factors += 1
         full = (upper + sparse.triu(upper, 1).T).tocsc()
         try:
             self._factor = splu(full, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})

@@ -115,20 +115,26 @@ def isochoric_stress(moduli: Moduli, at: Principal) -> Float[Array, "3 *points"]
     return kirchhoff / at.stretch
 
 
-def isochoric_response(
-    moduli: Moduli, at: Principal
-) -> tuple[Float[Array, "3 *points"], Float[Array, "6 3 3 *points"]]:
-    """Principal stresses and tangent of the isochoric part.
+class DyadModuli(NamedTuple):
+    """∂P/∂F in the basis n_i ⊗ N_j: one 3×3 block for the stretches and a 2×2 block for each pair i ≠ j.
 
-    In the basis n_i ⊗ N_j, ∂P/∂F has one 3×3 block for the stretches and a 2×2 block for each pair i ≠ j
-    (Ogden 1997, Non-linear Elastic Deformations, §6.1.4).
-
-    Returns
-    -------
-    stress : as `isochoric_stress` gives.
-    tangent : N_Ja (∂P_iJ/∂F_kL) N_Lb over (a, b), one block for each pair (i, k) of `BLOCKS`.
+    ``alone`` : of each dyad with itself; the pairs follow as in `_PAIRS`. ``across`` : of n_i ⊗ N_i with
+    n_j ⊗ N_j. ``crossed`` : of n_i ⊗ N_j with n_j ⊗ N_i.
     """
-    lam, strain, deviatoric, n, _ = at
+
+    alone: Float[Array, "6 *points"]
+    across: Float[Array, "3 *points"]
+    crossed: Float[Array, "3 *points"]
+
+
+def isochoric_response(moduli: Moduli, at: Principal) -> tuple[Float[Array, "3 *points"], DyadModuli]:
+    """Principal stresses, as `isochoric_stress` gives, and moduli of the isochoric part.
+
+    References
+    ----------
+    Ogden (1997), Non-linear Elastic Deformations, §6.1.4.
+    """
+    lam, strain, deviatoric, *_ = at
     kirchhoff, own = jnp.zeros_like(lam), jnp.zeros_like(lam)
     mutual, ratio = ([jnp.zeros_like(lam[0])] * 3 for _ in range(2))
     for mu, alpha in zip(*moduli, strict=True):
@@ -143,31 +149,47 @@ def isochoric_response(
             # (τ_i − τ_j)/(λ_i² − λ_j²), but for what all terms share.
             gap = 0.5 * alpha * (deviatoric[i] - deviatoric[j])
             ratio[k] += mu * _sinhc(gap, half[i], half[j])
-    # Of the dyads n_i ⊗ N_j: each with itself, n_i ⊗ N_i with n_j ⊗ N_j, and n_i ⊗ N_j with n_j ⊗ N_i.
-    alone = {(i, i): (own[i] - kirchhoff[i]) / lam[i] ** 2 for i in range(3)}
-    across, crossed = {}, {}
+    alone = [(own[i] - kirchhoff[i]) / lam[i] ** 2 for i in range(3)]
+    across, crossed = [], []
     for k, (i, j) in enumerate(_PAIRS):
         product = lam[i] * lam[j]
         shear = ratio[k] / _sinhc(strain[i] - strain[j], lam[i], lam[j])
         mean_stress = 0.5 * (kirchhoff[i] + kirchhoff[j])
         mean_square = 0.5 * (lam[i] ** 2 + lam[j] ** 2)
-        alone[i, j] = shear
-        across[i, j] = mutual[k] / product
-        crossed[i, j] = (mean_square * shear - mean_stress) / product
-    alone, across, crossed = stored((alone, across, crossed))
+        alone.append(shear)
+        across.append(mutual[k] / product)
+        crossed.append((mean_square * shear - mean_stress) / product)
+    return kirchhoff / lam, DyadModuli(jnp.stack(alone), jnp.stack(across), jnp.stack(crossed))
+
+
+def pressure_moduli(
+    at: Principal, determinant: Float[Array, "*points"], pressure: Float[Array, "*points"]
+) -> Float[Array, "3 *points"]:
+    """Moduli ``across`` of p ∂²(det F)/∂F² = p ∂²(λ1 λ2 λ3)/∂λ_i ∂λ_j; ``crossed`` are these, negative."""
+    work = pressure * determinant
+    return jnp.stack([work / (at.stretch[i] * at.stretch[j]) for i, j in _PAIRS])
+
+
+def half_turned(moduli: DyadModuli, after: Float[Array, "3 3 *points"]) -> Float[Array, "6 3 3 *points"]:
+    """Tangent N_Ja (∂P_iJ/∂F_kL) N_Lb over (a, b), one block for each pair (i, k) of `BLOCKS`.
+
+    Parameters
+    ----------
+    moduli, after : in the basis n_i ⊗ N_j, with n_j the columns of ``after``.
+    """
+    n, place = after, {}
+    for k, (i, j) in enumerate(_PAIRS):
+        place[i, j] = place[j, i] = k
 
     def entry(i: int, k: int, a: int, b: int) -> Array:
         if a == b:
-            return dot(n[i] * n[k], jnp.stack([_of(alone, c, a) for c in range(3)]))
-        return n[i, a] * n[k, b] * _of(across, a, b) + n[i, b] * n[k, a] * _of(crossed, a, b)
+            own = [moduli.alone[a if c == a else 3 + place[c, a]] for c in range(3)]
+            return sum((n[i, c] * n[k, c] * own[c] for c in range(1, 3)), n[i, 0] * n[k, 0] * own[0])
+        pair = place[a, b]
+        return n[i, a] * n[k, b] * moduli.across[pair] + n[i, b] * n[k, a] * moduli.crossed[pair]
 
     tangent = [[[entry(i, k, a, b) for b in range(3)] for a in range(3)] for i, k in BLOCKS]
-    return kirchhoff / lam, jnp.stack([jnp.stack([jnp.stack(row) for row in block]) for block in tangent])
-
-
-def _of(pairs: dict[tuple[int, int], Array], i: int, j: int) -> Array:
-    """What belongs to a pair, in either order."""
-    return pairs[i, j] if (i, j) in pairs else pairs[j, i]
+    return jnp.stack([jnp.stack([jnp.stack(row) for row in block]) for block in tangent])
 
 
 def _sinhc(x: Array, up: Array, down: Array) -> Array:

@@ -34,8 +34,9 @@ from fem_reference.reference_element import reference_element
 
 _MPA = 1e6
 
-# Gauss points worked on at once: their arrays stay in a processor's cache. As many threads as OpenMP has.
-_CHUNK = 1024
+# Gauss points worked on at once: few enough that their arrays stay in a processor's cache, and not in powers
+# of two, with which they would all lie in the same part of it. As many threads as OpenMP has.
+_CHUNK = 1920
 _THREADS = int((os.environ.get("OMP_NUM_THREADS") or str(os.cpu_count() or 1)).split(",")[0])
 _POOL = ThreadPoolExecutor(_THREADS)
 

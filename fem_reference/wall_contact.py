@@ -54,7 +54,6 @@ class WallContact:
         # Sums in a fixed order: the same positions give the same force, bit for bit.
         ipctk.set_num_threads(1)
         self._potential = ipctk.BarrierPotential(ACTIVATION, STIFFNESS, use_physical_barrier=True)
-        self._wide = ipctk.BarrierPotential(_NEAR * ACTIVATION, STIFFNESS, use_physical_barrier=True)
 
     def _vertices(self, positions: Float[np.ndarray, "nodes 3"]) -> np.ndarray:
         return np.asfortranarray(positions[self.nodes] + self._offset)
@@ -83,23 +82,18 @@ class WallContact:
         """Force on all nodes and the Hessian over all degrees of freedom; None where no walls are near."""
         vertices = self._vertices(positions)
         collisions = self._collisions(vertices)
-        if collisions.empty():
-            return None
-        force = self._force(collisions, vertices, positions)
-        return force, self._hessian(
-            self._potential, collisions, vertices, positions.size, ipctk.PSDProjectionMethod.NONE
-        )
+        return None if collisions.empty() else self._response(collisions, vertices, positions)
 
     def iterate(
         self, positions: Float[np.ndarray, "nodes 3"], before: WallPairs | None
     ) -> tuple[Float[np.ndarray, "nodes 3"], sparse.csr_matrix, WallPairs] | None:
         """`response`, with the stiffness that Newton's method takes after the pairs ``before``; these now."""
-        response = self.response(positions)
-        if response is None:
-            return None
-        force, hessian = response
         vertices = self._vertices(positions)
-        pairs = wall_pairs(self._collisions(vertices), self._mesh, vertices, ACTIVATION, STIFFNESS, before)
+        collisions = self._collisions(vertices)
+        if collisions.empty():
+            return None
+        force, hessian = self._response(collisions, vertices, positions)
+        pairs = wall_pairs(collisions, self._mesh, vertices, ACTIVATION, STIFFNESS, before)
         members, local = pairs.change()
         dofs = (3 * self.nodes[members][:, :, None] + np.arange(3)).reshape(len(members), 12)
         rows, columns = np.repeat(dofs, 12, axis=1).ravel(), np.tile(dofs, (1, 12)).ravel()
@@ -115,11 +109,33 @@ class WallContact:
         )
 
     def neighbours(self, positions: Float[np.ndarray, "nodes 3"]) -> sparse.csr_matrix:
-        """A matrix over all degrees of freedom with entries where `response` has some, or soon may."""
-        vertices = self._vertices(positions)
-        collisions = self._collisions(vertices, _NEAR * ACTIVATION)
-        none = ipctk.PSDProjectionMethod.NONE
-        return self._hessian(self._wide, collisions, vertices, positions.size, none)
+        """A matrix over all degrees of freedom with entries where `response` has some, or soon may.
+
+        They are those of all vertices of faces and edges that are near each other: whichever of them is the
+        closest changes with every step.
+        """
+        vertices, edges, faces = self._vertices(positions), self._mesh.edges, self._mesh.faces
+        reach = _NEAR * ACTIVATION
+        candidates = ipctk.Candidates()
+        candidates.build(self._mesh, vertices, reach / 2.0)
+        pairs = [np.empty((0, 2), int)]
+        for kind in (candidates.fv_candidates, candidates.ee_candidates):
+            for pair in kind:
+                if pair.compute_distance(pair.dof(vertices, edges, faces)) <= reach**2:
+                    members = self.nodes[pair.vertex_ids(edges, faces)]
+                    pairs.append(np.stack(np.meshgrid(members, members), axis=-1).reshape(-1, 2))
+        rows, columns = (3 * np.unique(np.concatenate(pairs), axis=0).T[:, :, None, None]).repeat(3, axis=2)
+        components = np.arange(3)
+        rows, columns = np.broadcast_arrays(rows + components[:, None], columns + components)
+        size = positions.size
+        return sparse.csr_matrix((np.ones(rows.size), (rows.ravel(), columns.ravel())), shape=(size, size))
+
+    def _response(
+        self, collisions: ipctk.NormalCollisions, vertices: np.ndarray, positions: np.ndarray
+    ) -> tuple[Float[np.ndarray, "nodes 3"], sparse.csr_matrix]:
+        none, size = ipctk.PSDProjectionMethod.NONE, positions.size
+        hessian = self._hessian(self._potential, collisions, vertices, size, none)
+        return self._force(collisions, vertices, positions), hessian
 
     def _force(
         self, collisions: ipctk.NormalCollisions, vertices: np.ndarray, positions: np.ndarray

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from fem_reference import ActuatorGeometry, CellState, DoubleHelix, Load, Ogden, PeriodCell, Thread, follow
 from fem_reference.cell_equations import CellEquations
 from fem_reference.configuration import Configuration
-from fem_reference.material import BLOCKS, Moduli, Principal, isochoric_response, principal
+from fem_reference.material import BLOCKS, Moduli, Principal, half_turned, isochoric_response, principal
 from fem_reference.mesh import BodyMesh
 from fem_reference.screw import screw_series
 from fem_reference.section import MeshLevel
@@ -73,7 +73,8 @@ def points_first(array: ArrayLike, components: int) -> np.ndarray:
 @jax.jit
 def _principal_response(moduli: Moduli, F: Array) -> tuple[Principal, Array, Array]:
     at = principal(F)
-    return at, *isochoric_response(moduli, at)
+    stress, dyads = isochoric_response(moduli, at)
+    return at, stress, half_turned(dyads, at.after)
 
 
 def isochoric_tangent(

@@ -7,7 +7,8 @@ dilatation at the same positions and put the stiffness into a sparse matrix: fel
 its loops over pairs of basis functions are its own, and without the dilatation's rank-one term, which a
 bilinear form does not express. Each runs in a process of its own, for its peak memory, which keeps the memory
 of its arrays, as our programs do. The Newton step, linearisation and factorisation, is that of actuators of
-15, 30 and 60 mm. Medians of warm calls; threads as ``OMP_NUM_THREADS`` says.
+15, 30 and 60 mm. Medians of warm calls, more of them where they are short; threads as ``OMP_NUM_THREADS``
+says.
 """
 
 import argparse
@@ -31,7 +32,7 @@ from tests.fem_fixtures import isochoric_tangent
 
 LENGTHS_MM = (3.0, 12.0, 48.0)
 BODIES_MM = (15.0, 30.0, 60.0)
-REPEATS = {"ours": 5, "felupe": 3, "scikit-fem": 1}
+REPEATS = {"ours": 21, "felupe": 5, "scikit-fem": 3}
 
 
 def median_seconds(function: Callable[[], object], repeats: int) -> float:

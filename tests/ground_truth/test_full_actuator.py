@@ -105,7 +105,7 @@ def test_the_rod_is_as_near_as_the_documentation_says(verdict: Verdict) -> None:
     """Bounds of the issue's own: the rod of ψ = 0 against runs that nothing was fitted to."""
     fit, judge = report_rods(verdict, "fit"), report_rods(verdict)[PAPER]
     assert judge["judged"] >= 60
-    assert set(fit) == {PAPER, WIDEST, "all"}
+    assert set(fit) == {PAPER, WIDEST, SIX, "all"}
     assert fit["all"]["judged"] == fit["all"]["states"]
     assert judge["tip_percent"]["median"] <= 0.7
     assert judge["loaded_tip_percent"]["median"] <= 2.0
@@ -123,15 +123,9 @@ def test_the_rod_is_as_near_as_the_documentation_says(verdict: Verdict) -> None:
 
 def test_rods_of_all_windings_are_within_the_worst_that_is_asked(verdict: Verdict) -> None:
     for name, figures in report_rods(verdict).items():
-        if name not in (SIX, "all"):
-            assert figures["tip_percent"]["worst"] <= 2.0, name
+        assert figures["tip_percent"]["worst"] <= 2.0, name
         assert figures["angle_deg"]["worst"] <= 3.0, name
         assert figures["plane_deg"]["worst"] <= 2.0, name
-
-
-@pytest.mark.xfail(strict=True, reason="3.7 % with two chambers at 45 kPa: it needs ends of its own")
-def test_the_rod_of_six_helices_is_within_the_worst_that_is_asked(verdict: Verdict) -> None:
-    assert report_rods(verdict)[SIX]["tip_percent"]["worst"] <= 2.0
 
 
 def test_the_stated_bound_covers_nine_states_in_ten(verdict: Verdict) -> None:

@@ -14,6 +14,7 @@ from fem_reference.actuator_equations import ActuatorEquations, ActuatorModel
 from fem_reference.actuator_problem import ActuatorProblem
 from fem_reference.cell_equations import CellEquations
 from fem_reference.cell_problem import CellProblem, CellTarget
+from fem_reference.linear_solver import default_solver
 from fem_reference.problem import Problem
 from tests.fem_fixtures import QUADRATIC, TINY, bent_configuration, difference, relative_error
 
@@ -143,3 +144,28 @@ def test_a_bend_of_more_than_two_radians_is_shortened():
     bend = case.at.strain + np.array([0.0, 2.1 / case.problem.equations.period, 0.0, 0.0])
     assert case.problem.allowed(linear, case.at) == 1.0
     assert case.problem.allowed(linear, dataclasses.replace(case.at, strain=bend)) == 0.5
+
+
+def test_a_step_is_that_of_the_factors_at_hand_whatever_steps_were_taken_before():
+    """What nodes do with the strain is kept with the factors, and goes with them."""
+    case, solver = cell(TINY), default_solver(definite=True)
+    problem, pattern, equations = case.problem, case.problem.pattern, case.problem.equations
+    linear = problem.linearise(case.at, case.target)
+    stiffer = 2.0 * linear.data
+    steps = (
+        (linear.data, linear),
+        (None, problem.renewed(linear, case.moved, case.target)),
+        (stiffer, linear),
+        (None, problem.linearise(case.moved, case.target)),
+    )
+    sizes = []
+    for data, at in steps:
+        if data is not None:
+            solver.factorise(pattern.matrix(data), pattern.revision)
+        found = problem.newton_step(solver, at, case.target)
+        expected = CellProblem(equations).newton_step(solver, at, case.target)
+        # One column or four at a time: the same to round-off, which the condition of some 1e5 makes more of.
+        assert relative_error(found.strain, expected.strain) <= 1e-9
+        assert relative_error(found.positions, expected.positions) <= 1e-9
+        sizes.append(problem.size(found, at))
+    assert len(set(sizes)) == len(sizes)

@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 from fem_reference import Ogden
-from fem_reference.material import Moduli, isochoric_energy, isochoric_stress, principal
+from fem_reference.material import (
+    BLOCKS,
+    DyadModuli,
+    Moduli,
+    half_turned,
+    isochoric_energy,
+    isochoric_stress,
+    pressure_moduli,
+    principal,
+)
 from tests.fem_fixtures import (
     TURN,
     asymmetry,
@@ -191,3 +200,17 @@ def test_one_term_of_exponent_two_is_the_neo_hookean_solid(F):
 def test_impossible_constants_are_refused_by_name(arguments, named):
     with pytest.raises(ValueError, match=named):
         Ogden(**arguments)
+
+
+@pytest.mark.parametrize("mirror", [1.0, -1.0], ids=["as it is", "inside out"])
+def test_the_pressures_moduli_are_the_second_derivative_of_the_determinant(F, mirror):
+    """Of an element turned inside out, which Newton's method may pass through, as of any other."""
+    F = F @ np.diag([1.0, 1.0, mirror])
+    pressure, at = 0.7, principal(jnp.asarray(F))
+    across = pressure_moduli(at, jnp.asarray(np.linalg.det(F)), jnp.asarray(pressure))
+    blocks = half_turned(DyadModuli(jnp.zeros(6), across, -across), at.after)
+    second = pressure * jax.hessian(jnp.linalg.det)(jnp.asarray(F))
+    turned = np.einsum("iJkL,Ja,Lb->ikab", second, at.before, at.before)
+    # Eigenvectors to round-off of the squares of F.
+    for (i, k), block in zip(BLOCKS, blocks, strict=True):
+        np.testing.assert_allclose(block, turned[i, k], rtol=0, atol=1e-13)

@@ -167,3 +167,15 @@ def test_walls_that_a_step_brings_through_each_other_are_held_apart(walls, rest,
     assert np.abs(held[others]).max() == 0.0
     # Along the walls' normals, y, alone.
     assert np.abs(held[:, 0]).max() < 0.1 * np.abs(held[:, 1]).max()
+
+
+def test_neighbours_have_every_entry_of_walls_that_touch_and_after_a_small_move(walls, rest, x, direction):
+    """Those of pairs that are new, and of pairs whose closest parts are others, too."""
+    assert walls.neighbours(rest).nnz == 0
+    neighbours = walls.neighbours(x)
+    assert asymmetry(neighbours.toarray()) == 0.0
+    # Pairs come nearer by 0.01 mm at most: walls touch within 0.05 mm and are neighbours within 0.15.
+    moved = x + 0.05 * ACTIVATION * direction
+    pairs = [set(zip(*walls.response(at)[1].nonzero(), strict=True)) for at in (x, moved)]
+    assert pairs[1] - pairs[0]
+    assert pairs[0] | pairs[1] <= set(zip(*neighbours.nonzero(), strict=True))

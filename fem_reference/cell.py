@@ -25,6 +25,9 @@ from fem_reference.winding import DoubleHelix, Thread, Winding
 _MM = 1e3
 _MPA = 1e6
 _MAX_PRESSURE = 0.2e6
+# First step of a path from rest, as `CellTarget.to` counts: mostly it converges, in fewer iterations than
+# several shorter ones take together; from another start nothing is known of the way ahead.
+_FIRST_STEP, _STEP_FROM_A_START = 10.0, 1.0
 _UNLOADED = CellTarget(np.zeros(3), moment=np.zeros(3))
 
 
@@ -260,11 +263,11 @@ def follow(
     problem, solver = cell._problem, cell._solver
     state = start
     try:
-        here, target = cell._at_rest(), _UNLOADED
+        here, target, step = cell._at_rest(), _UNLOADED, _FIRST_STEP
         if start is not None:
-            target = start.load._target()
+            target, step = start.load._target(), _STEP_FROM_A_START
             here = solve_equilibrium(problem, solver, target, start.configuration)
-        follower = PathFollower(problem, solver, here, target, creeps=jumps)
+        follower = PathFollower(problem, solver, here, target, step, creeps=jumps)
         for load in loads:
             before = follower.iterations
             goal = load._target()

@@ -101,6 +101,8 @@ def test_an_arrival_holds_the_volume_where_the_stiffness_at_hand_is_much_too_sti
 class Softened:
     """A solver whose factors answer with a softness of the other sign."""
 
+    factors = 0
+
     def factorise(self, upper, revision: int) -> int:
         return 1
 

@@ -218,12 +218,15 @@ class CellProblem(Problem):
         return 0.5 if inverts else 1.0
 
     def mean(self, states: list[Configuration], weights: list[float]) -> Configuration:
-        """Weighted mean of every unknown."""
-        parts = (
-            sum(w * getattr(state, field.name) for w, state in zip(weights, states, strict=True))
-            for field in fields(Configuration)
-        )
-        return Configuration(*parts)
+        """Weighted mean of every unknown; what all states share stays as it is, to the last bit."""
+        first, *others = states
+
+        def of(name: str) -> np.ndarray:
+            value = getattr(first, name)
+            pairs = zip(weights[1:], others, strict=True)
+            return value + sum((w * (getattr(state, name) - value) for w, state in pairs), np.zeros(()))
+
+        return Configuration(*(of(field.name) for field in fields(Configuration)))
 
     def may_start(self, at: Configuration, guess: Configuration) -> bool:
         """Whether an extrapolated configuration is one that Newton's method can start from."""

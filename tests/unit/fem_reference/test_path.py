@@ -74,8 +74,7 @@ def test_imposing_the_free_curvature_takes_the_free_moment(small_cell, state):
     for found in (small_cell.solve(held, start=state), small_cell.solve(held)):
         # A curvature off by 1e-6 of itself changes the moment of 4e-4 N m by as much.
         np.testing.assert_allclose(found.moment, MOMENT, rtol=0, atol=1e-9)
-        # To round-off of the mean's weights, where steps are mixed.
-        np.testing.assert_allclose(found.curvature, state.curvature, rtol=1e-13)
+        np.testing.assert_array_equal(found.curvature, state.curvature)
         assert distance(found, state) <= SETTLED
 
 

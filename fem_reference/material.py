@@ -184,7 +184,7 @@ def half_turned(moduli: DyadModuli, after: Float[Array, "3 3 *points"]) -> Float
     def entry(i: int, k: int, a: int, b: int) -> Array:
         if a == b:
             own = [moduli.alone[a if c == a else 3 + place[c, a]] for c in range(3)]
-            return sum((n[i, c] * n[k, c] * own[c] for c in range(1, 3)), n[i, 0] * n[k, 0] * own[0])
+            return dot(n[i] * n[k], jnp.stack(own))
         pair = place[a, b]
         return n[i, a] * n[k, b] * moduli.across[pair] + n[i, b] * n[k, a] * moduli.crossed[pair]
 

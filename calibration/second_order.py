@@ -41,7 +41,7 @@ def _of_ridges(law: RidgeNetwork, state: Float[Array, "6"]) -> tuple[Float[Array
         ∇F = Σ_j c_j φ'(z_j) A_j + (L Lᵀ x, v_q + Wᵀ (v_t t'))
         ∇²F = Σ_j c_j φ''(z_j) A_j ⊗ A_j + (L Lᵀ, Wᵀ diag(l t'') W),    l = Σ_j c_j φ'(z_j) e_j + v_t
     """
-    images = _images(law)
+    images = _images(law).astype(state.dtype)
     scaled = images @ state
     x, q = scaled[:, :3], scaled[:, 3:]
     into = law.feature_weights

@@ -66,6 +66,7 @@ class ActuatorLinearisation(Linearisation):
     force : internal forces less the pressures', at every point, clamped ones too [N].
     load_columns, load_rows : the tip load's stiffness is their product, to be taken off; None without one.
     volume_gradient, length_gradient, extension_gradient : of elements, thread segments and the rod's spans.
+    constitutive : κ ϑ_j of the elements [MPa].
     """
 
     positions: Float[np.ndarray, "points 3"]
@@ -73,6 +74,7 @@ class ActuatorLinearisation(Linearisation):
     load_columns: Float[np.ndarray, "q 3"] | None
     load_rows: Float[np.ndarray, "3 q"] | None
     volume_gradient: Float[np.ndarray, "elements modes dofs"]
+    constitutive: Float[np.ndarray, "elements modes"]
     length_gradient: Float[np.ndarray, "segments _"]
     extension_gradient: Float[np.ndarray, "spans 12"]
 
@@ -291,6 +293,7 @@ class ActuatorEquations:
             load_columns=columns,
             load_rows=rows,
             volume_gradient=solid[2],
+            constitutive=solid[3],
             length_gradient=thread[2],
             extension_gradient=axis[2],
         )
@@ -306,7 +309,7 @@ class ActuatorEquations:
         x = at.positions
         controls = x[self.nodes :]
         walls = self.walls.force(x)
-        solid = self.solid.force(x)
+        solid, constitutive = self.solid.force(x)
         parts = [
             solid if viscous is None else solid + viscous.force(x),
             self.thread.force(x, at.segment_tension),
@@ -326,6 +329,7 @@ class ActuatorEquations:
             walls_touch=walls is not None,
             positions=x,
             force=force,
+            constitutive=constitutive,
         )
 
     def reaction(
@@ -375,10 +379,10 @@ class ActuatorEquations:
         linear: ActuatorLinearisation,
     ) -> Deformation:
         """Take a fraction of a Newton step, with the condensed forces of the stiff parts."""
-        x, solid, thread, axis = linear.positions, self.solid, self.thread, self.axis
+        x, thread, axis = linear.positions, self.thread, self.axis
         stretch = _contract(linear.length_gradient, step[thread.connectivity])
         extension = _contract(linear.extension_gradient, step[self.nodes + axis.connectivity])
-        pressure = solid.pressure_after(x, linear.volume_gradient, step)
+        pressure = self.solid.pressure_after(linear.constitutive, linear.volume_gradient, step)
         tension = thread.tension_after(x, at.segment_tension, stretch)
         axial = axis.tension(x[self.nodes :]) + axis.axial_stiffness / self.basis.span * extension
         return Deformation(

@@ -283,6 +283,7 @@ class CellEquations:
             slack=self.thread.slack(at.segment_tension),
             frame=frame,
             volume_gradient=solid[2],
+            constitutive=solid[3],
             length_gradient=thread[2],
         )
 
@@ -298,7 +299,7 @@ class CellEquations:
         frame = HelicalFrame(self.helical, at.positions, series)
         x = frame.positions
         rod, walls = self.rod.response(x, series), self.walls.force(x)
-        solid = self.solid.force(x)
+        solid, constitutive = self.solid.force(x)
         parts = [
             solid if viscous is None else solid + viscous.force(x),
             self.thread.force(x, at.segment_tension),
@@ -317,6 +318,7 @@ class CellEquations:
             strain_residual=strain_residual,
             walls_touch=walls is not None,
             frame=frame,
+            constitutive=constitutive,
         )
 
     def _residuals(
@@ -349,14 +351,13 @@ class CellEquations:
     ) -> Configuration:
         """Take a fraction of a Newton step, with the condensed pressures and tensions."""
         move = linear.frame.motion(step.positions, step.strain)
-        x = linear.frame.positions
-        solid, thread = self.solid, self.thread
+        x, thread = linear.frame.positions, self.thread
         stretch = np.einsum(
             "sa,sa->s",
             linear.length_gradient,
             move[thread.connectivity].reshape(linear.length_gradient.shape),
         )
-        pressure = solid.pressure_after(x, linear.volume_gradient, move)
+        pressure = self.solid.pressure_after(linear.constitutive, linear.volume_gradient, move)
         tension = thread.tension_after(x, at.segment_tension, stretch)
         return Configuration(
             positions=at.positions + fraction * step.positions,

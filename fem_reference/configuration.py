@@ -54,4 +54,5 @@ class CellLinearisation(Linearisation):
     volume: Float[np.ndarray, "3"]
     frame: HelicalFrame
     volume_gradient: Float[np.ndarray, "elements modes dofs"]
+    constitutive: Float[np.ndarray, "elements modes"]
     length_gradient: Float[np.ndarray, "segments _"]

@@ -51,8 +51,9 @@ def response(
     Float[Array, "nodes 3 elements"],
     Float[Array, "modes nodes 3 elements"],
     Float[Array, "nodes 3 nodes 3 elements"],
+    Float[Array, "modes elements"],
 ]:
-    """Forces, V_e ∂ϑ_j/∂x, and stiffness with the pressures condensed.
+    """Forces, V_e ∂ϑ_j/∂x, stiffness with the pressures condensed, and κ ϑ_j.
 
     Parameters
     ----------
@@ -60,9 +61,10 @@ def response(
     local : positions of each element's nodes.
     pressure : π_j of the tangent's geometric part; κ ϑ_j where none is given.
     """
-    force, volume_gradient, turned, tangent = _at_points(chunk, moduli, bulk_modulus, local, pressure)
+    at_points = _at_points(chunk, moduli, bulk_modulus, local, pressure)
+    force, volume_gradient, turned, tangent, constitutive = at_points
     blocks = _integrated(turned, tangent)
-    return force, volume_gradient, _condensed(chunk, bulk_modulus, volume_gradient, blocks)
+    return force, volume_gradient, _condensed(chunk, bulk_modulus, volume_gradient, blocks), constitutive
 
 
 # Compiled apart, here and below: in one piece XLA works out anew, for every use, what the next one reads.
@@ -74,8 +76,9 @@ def _at_points(
     Float[Array, "modes nodes 3 elements"],
     Float[Array, "3 nodes points elements"],
     Float[Array, "6 3 3 points elements"],
+    Float[Array, "modes elements"],
 ]:
-    """Forces, V_e ∂ϑ_j/∂x, and gradients and weighted tangent in the principal frame at each point."""
+    """Forces, V_e ∂ϑ_j/∂x, gradients and weighted tangent in the principal frame at each point, and κ ϑ_j."""
     F = stored(_deformation_gradient(chunk, local))
     at, growth = stored((principal(F), _growth(F)))
     constitutive = bulk_modulus * _mean(chunk, growth)
@@ -92,7 +95,7 @@ def _at_points(
     )
     force = _pull(turned, at.after * (chunk.weights * stress))
     force += (constitutive[:, None, None] * volume_gradient).sum(axis=0)
-    return force, volume_gradient, turned, tangent
+    return force, volume_gradient, turned, tangent, constitutive
 
 
 @jax.jit
@@ -109,13 +112,15 @@ def _condensed(
 @jax.jit
 def force(
     chunk: ElementChunk, moduli: Moduli, bulk_modulus: Array, local: Float[Array, "nodes 3 elements"]
-) -> Float[Array, "nodes 3 elements"]:
-    """Forces alone, those of `response`."""
+) -> tuple[Float[Array, "nodes 3 elements"], Float[Array, "modes elements"]]:
+    """Forces and κ ϑ_j alone, those of `response`."""
     F = stored(_deformation_gradient(chunk, local))
     at, growth = stored((principal(F), _growth(F)))
-    pressure = (chunk.modes * (bulk_modulus * _mean(chunk, growth))[:, None]).sum(axis=0)
+    constitutive = bulk_modulus * _mean(chunk, growth)
+    pressure = (chunk.modes * constitutive[:, None]).sum(axis=0)
     stress = isochoric_stress(moduli, at) + pressure * (1.0 + growth) / at.stretch
-    return _pull(stored(_turned(chunk, at.before)), at.after * (chunk.weights * stress))
+    force = _pull(stored(_turned(chunk, at.before)), at.after * (chunk.weights * stress))
+    return force, constitutive
 
 
 @jax.jit

@@ -128,14 +128,17 @@ class SolidElements:
 
     def pressure_after(
         self,
-        positions: Float[np.ndarray, "nodes 3"],
+        constitutive: Float[np.ndarray, "elements modes"],
         volume_gradient: Float[np.ndarray, "elements modes dofs"],
         move: Float[np.ndarray, "nodes 3"],
     ) -> Float[np.ndarray, "elements modes"]:
-        """π_j that a linearised displacement ``move`` leads to: what was condensed out of the step."""
+        """π_j that a linearised displacement ``move`` leads to: what was condensed out of the step.
+
+        The first two are what `response` gives where the displacement begins.
+        """
         local = move[self.connectivity].reshape(len(self), -1, 1)
         growth = (volume_gradient @ local)[:, :, 0] / self.volume[:, None]
-        return self.bulk_modulus * (self.dilatation(positions) + growth)
+        return constitutive + self.bulk_modulus * growth
 
     def response(
         self,
@@ -145,8 +148,9 @@ class SolidElements:
         Float[np.ndarray, "elements dofs"],
         Float[np.ndarray, "elements dofs dofs"],
         Float[np.ndarray, "elements modes dofs"],
+        Float[np.ndarray, "elements modes"],
     ]:
-        """Element forces, tangents and V_e ∂ϑ_j/∂x.
+        """Element forces, tangents, V_e ∂ϑ_j/∂x and κ ϑ_j [MPa].
 
         Parameters
         ----------
@@ -157,30 +161,36 @@ class SolidElements:
         nodes = self.connectivity.shape[1]
         force, stiffness = np.empty((len(self), 3 * nodes)), np.empty((len(self), 3 * nodes, 3 * nodes))
         volume_gradient = np.empty((len(self), self.modes, 3 * nodes))
+        constitutive = np.empty((len(self), self.modes))
 
         def fill(part: slice, chunk: ElementChunk, local: np.ndarray) -> None:
             given = None
             if pressure is not None:
                 given = np.zeros((self.modes, local.shape[2]))
                 given[:, : len(force[part])] = pressure[part].T
-            forces, growth, matrices = element_kernel.response(chunk, *self._constants, local, given)
+            forces, growth, matrices, own = element_kernel.response(chunk, *self._constants, local, given)
             force[part] = _by_element(forces)[: len(force[part])]
             volume_gradient[part] = _by_element(growth)[: len(force[part])]
             stiffness[part] = _matrices(matrices)[: len(force[part])]
+            constitutive[part] = np.asarray(own).T[: len(force[part])]
 
         self._in_chunks(fill, positions)
-        return force, stiffness, volume_gradient
+        return force, stiffness, volume_gradient, constitutive
 
-    def force(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "elements dofs"]:
-        """Element forces alone, those of `response`."""
+    def force(
+        self, positions: Float[np.ndarray, "nodes 3"]
+    ) -> tuple[Float[np.ndarray, "elements dofs"], Float[np.ndarray, "elements modes"]]:
+        """Element forces and κ ϑ_j [MPa] alone, those of `response`."""
         result = np.empty((len(self), 3 * self.connectivity.shape[1]))
+        constitutive = np.empty((len(self), self.modes))
 
         def fill(part: slice, chunk: ElementChunk, local: np.ndarray) -> None:
-            found = element_kernel.force(chunk, *self._constants, local)
+            found, own = element_kernel.force(chunk, *self._constants, local)
             result[part] = _by_element(found)[: len(result[part])]
+            constitutive[part] = np.asarray(own).T[: len(result[part])]
 
         self._in_chunks(fill, positions)
-        return result
+        return result, constitutive
 
     def viscosity(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "elements dofs dofs"]:
         """Element matrices of ∫ 2μ D:D dV, D the deviator of the rate of strain where the body is now.
@@ -212,7 +222,8 @@ class SolidElements:
                 fill(slice(start, start + len(members)), chunk, local)
 
         # Compiled code lets go of the interpreter; chunks do not depend on each other.
-        for _ in _POOL.map(at, self._starts, self._chunks, self._members):
+        over = map if _THREADS == 1 else _POOL.map
+        for _ in over(at, self._starts, self._chunks, self._members):
             pass
 
 

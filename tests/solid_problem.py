@@ -44,7 +44,7 @@ def solve_body(
     pattern = SparsePattern(len(free), [dofs], (none, none))
     x, pressure = start.copy(), np.zeros((len(solid), solid.modes))
     for _ in range(MAX_ITERATIONS):
-        force, stiffness, volume_gradient = solid.response(x, pressure)
+        force, stiffness, volume_gradient, constitutive = solid.response(x, pressure)
         total = scatter(solid.connectivity, force, len(x)) - load
         if np.abs(total.ravel()[free]).max() <= FORCE_TOLERANCE:
             return SolvedBody(x, np.where(held, total, 0.0), solid)
@@ -53,6 +53,6 @@ def solve_body(
         solver.factorise(pattern.matrix(data), pattern.revision)
         move = np.zeros(x.shape)
         move.ravel()[free] = solver.solve(-total.ravel()[free][:, None])[:, 0]
-        pressure = solid.pressure_after(x, volume_gradient, move)
+        pressure = solid.pressure_after(constitutive, volume_gradient, move)
         x = x + move
     raise AssertionError(f"no equilibrium in {MAX_ITERATIONS} iterations")

@@ -60,7 +60,7 @@ def ours(mesh: BodyMesh) -> Callable[[], object]:
     pattern = SparsePattern(x.size, [dofs], (none, none))
 
     def assemble() -> object:
-        _, stiffness, _ = solid.response(x)
+        _, stiffness, *_ = solid.response(x)
         data = np.zeros(len(pattern))
         pattern.add_group(data, 0, stiffness)
         return pattern.matrix(data)

@@ -38,7 +38,7 @@ def oracle(mesh, x, material) -> tuple[np.ndarray, np.ndarray]:
 
 def ours(mesh, x, material) -> tuple[np.ndarray, np.ndarray]:
     elements = SolidElements(mesh, material)
-    force, stiffness, _ = elements.response(x)
+    force, stiffness, *_ = elements.response(x)
     dofs = (3 * elements.connectivity[:, :, None] + np.arange(3)).reshape(len(elements), 24)
     rows, columns = np.repeat(dofs, 24, axis=1).ravel(), np.tile(dofs, (1, 24)).ravel()
     matrix = sparse.coo_matrix((stiffness.ravel(), (rows, columns)), shape=(x.size, x.size))

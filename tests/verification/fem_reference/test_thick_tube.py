@@ -79,7 +79,7 @@ def inflate(mesh: BodyMesh, pressure: float, bulk: float) -> np.ndarray:
     x, element_pressure = mesh.points.copy(), np.zeros((len(solid), solid.modes))
     for load in np.linspace(0.2, 1.0, 5) * pressure:
         for _ in range(25):
-            force, stiffness, volume_gradient = solid.response(x, element_pressure)
+            force, stiffness, volume_gradient, constitutive = solid.response(x, element_pressure)
             residual = assemble(solid.connectivity, force, len(x))
             data = np.zeros(len(pattern))
             pattern.add_group(data, 0, stiffness)
@@ -91,7 +91,7 @@ def inflate(mesh: BodyMesh, pressure: float, bulk: float) -> np.ndarray:
             solver.factorise(pattern.matrix(data), pattern.revision)
             step = np.zeros(x.shape)
             step.reshape(-1)[free] = solver.solve(-residual.ravel()[free, None])[:, 0]
-            element_pressure = solid.pressure_after(x, volume_gradient, step)
+            element_pressure = solid.pressure_after(constitutive, volume_gradient, step)
             x += step
         assert np.abs(residual.ravel()[free]).max() <= 1e-10
     return x

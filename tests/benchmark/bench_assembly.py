@@ -7,8 +7,9 @@ dilatation at the same positions and put the stiffness into a sparse matrix: fel
 its loops over pairs of basis functions are its own, and without the dilatation's rank-one term, which a
 bilinear form does not express. Each runs in a process of its own, for its peak memory, which keeps the memory
 of its arrays, as our programs do. The Newton step, linearisation and factorisation, is that of actuators of
-15, 30 and 60 mm. Medians of warm calls, more of them where they are short; threads as ``OMP_NUM_THREADS``
-says.
+15, 30 and 60 mm. Medians of warm calls, more of them where they are short. All take turns, in several rounds,
+as a machine's speed changes from one minute to the next; ratios and growth are medians of those of the
+rounds. Threads as ``OMP_NUM_THREADS`` says.
 """
 
 import argparse
@@ -33,6 +34,7 @@ from tests.fem_fixtures import isochoric_tangent
 LENGTHS_MM = (3.0, 12.0, 48.0)
 BODIES_MM = (15.0, 30.0, 60.0)
 REPEATS = {"ours": 21, "felupe": 5, "scikit-fem": 3}
+ROUNDS, STEP_ROUNDS = 3, 7
 
 
 def median_seconds(function: Callable[[], object], repeats: int) -> float:
@@ -124,8 +126,29 @@ def one(code: str, length: float) -> dict[str, float]:
     return {"hexahedra": len(mesh.elements), "seconds": seconds, "peak_mib": peak}
 
 
-def newton_step(body: float) -> dict[str, float]:
-    """Linearisation and factorisation of an actuator with a body of some length [mm]."""
+def assemblies(length: float) -> dict[str, dict[str, float]]:
+    """Of each code: median time over the rounds, largest memory, and median of its times over ours."""
+    rounds: list[dict[str, dict[str, float]]] = []
+    for _ in range(ROUNDS):
+        found = {}
+        for code in CODES:
+            command = [sys.executable, "-m", "tests.benchmark.bench_assembly", "--one", code, str(length)]
+            done = subprocess.run(command, check=True, capture_output=True, text=True)
+            found[code] = json.loads(done.stdout)
+        rounds.append(found)
+    return {
+        code: {
+            "hexahedra": rounds[0][code]["hexahedra"],
+            "seconds": statistics.median(r[code]["seconds"] for r in rounds),
+            "peak_mib": max(r[code]["peak_mib"] for r in rounds),
+            "times_ours": statistics.median(r[code]["seconds"] / r["ours"]["seconds"] for r in rounds),
+        }
+        for code in CODES
+    }
+
+
+def newton_step(body: float) -> tuple[int, Callable[[], object]]:
+    """Unknowns of an actuator with a body of some length [mm], and its linearisation and factorisation."""
     actuator = Actuator(ActuatorGeometry(body_length=1e-3 * body))
     equations, target = actuator.equations, ActuatorLoad((5e3, 0.0, 0.0)).target()
     at = equations.rest()
@@ -135,7 +158,18 @@ def newton_step(body: float) -> dict[str, float]:
         pattern = equations.pattern
         actuator._solver.factorise(pattern.matrix(linear.data), pattern.revision)
 
-    return {"unknowns": actuator.unknowns, "seconds": median_seconds(step, 5)}
+    return actuator.unknowns, step
+
+
+def newton_steps() -> tuple[list[dict[str, float]], float]:
+    """Median times of all bodies, and the median of the power of the unknowns with which they grow."""
+    unknowns, steps = zip(*map(newton_step, BODIES_MM), strict=True)
+    # Each is called once before it is timed, so that caches are filled.
+    seconds = np.array([[median_seconds(step, 1) for step in steps] for _ in range(STEP_ROUNDS)])
+    powers = np.polyfit(np.log(unknowns), np.log(seconds.T), 1)[0]
+    middle = np.median(seconds, axis=0).tolist()
+    rows = [{"unknowns": n, "seconds": t} for n, t in zip(unknowns, middle, strict=True)]
+    return rows, float(np.median(powers))
 
 
 def main() -> None:
@@ -147,26 +181,16 @@ def main() -> None:
     if options.one is not None:
         print(json.dumps(one(options.one[0], float(options.one[1]))))
         return
-    table = []
-    for length in LENGTHS_MM:
-        row = {}
-        for code in CODES:
-            command = [sys.executable, "-m", "tests.benchmark.bench_assembly", "--one", code, str(length)]
-            done = subprocess.run(command, check=True, capture_output=True, text=True)
-            row[code] = json.loads(done.stdout)
-        table.append(row)
-    steps = [newton_step(body) for body in BODIES_MM]
-    sizes, seconds = ([s[key] for s in steps] for key in ("unknowns", "seconds"))
-    growth = float(np.polyfit(np.log(sizes), np.log(seconds), 1)[0])
+    table = [assemblies(length) for length in LENGTHS_MM]
+    steps, growth = newton_steps()
     if options.json:
         print(json.dumps({"assembly": table, "newton_steps": steps, "growth": growth}))
         return
     for row in table:
-        mine = row["ours"]["seconds"]
         for code, found in row.items():
             print(
                 f"{found['hexahedra']:6.0f} hexahedra  {code:10s} {found['seconds']:8.3f} s  "
-                f"{found['seconds'] / mine:6.1f} x ours  peak {found['peak_mib']:6.0f} MiB"
+                f"{found['times_ours']:6.1f} x ours  peak {found['peak_mib']:6.0f} MiB"
             )
     for step in steps:
         print(f"{step['unknowns']:7.0f} unknowns: a Newton step takes {step['seconds']:.2f} s")

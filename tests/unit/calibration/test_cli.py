@@ -121,10 +121,14 @@ def test_fit_begins_near_the_law_of_another_winding(calibrated, run_directory, t
     assert provenance["near_sha256"] == sha256(calibrated)
 
 
-def test_fit_takes_the_training_states_of_another_sweep_too(calibrated, run_directory, tmp_path, bad):
+def test_fit_takes_the_training_states_of_another_sweep_too(
+    calibrated, run_directory, tmp_path, bad, monkeypatch
+):
+    # All residuals make the normal matrix, not random combinations of them: steps are the same then.
+    monkeypatch.setattr("calibration.fit._COMBINATIONS", 1000)
     dataset = run_directory / "dataset.nc"
     other = xr.load_dataset(dataset, engine="h5netcdf")
-    fitted = ["fit", str(dataset), "--near", str(calibrated), "--iterations", "40", "--out"]
+    fitted = ["fit", str(dataset), "--near", str(calibrated), "--iterations", "2", "--out"]
     save_dataset(other.assign_attrs(mesh="medium"), tmp_path / "medium.nc")
     status, line = bad(*fitted, str(tmp_path / "none.json"), "--also", str(tmp_path / "medium.nc"))
     assert status == 2
@@ -139,12 +143,10 @@ def test_fit_takes_the_training_states_of_another_sweep_too(calibrated, run_dire
     assert two.provenance["training"]["paths"] == 2 * one.provenance["training"]["paths"]
     assert two.provenance["also_sha256"] == [sha256(tmp_path / "other.nc")]
     # Judged on the first sweep's held-out states alone. Every training state twice leaves the mean square as
-    # it is. Steps are of random combinations: both fits end within the percent that convergence is judged by.
+    # it is, but for the rounding of the slopes to single precision, of which the steps are made.
     assert two.provenance["states"] - 2 * trained == one.provenance["states"] - trained
     losses = [law.provenance["training"]["mean_square_residual"] for law in (one, two)]
-    assert one.provenance["training"]["converged"]
-    assert two.provenance["training"]["converged"]
-    assert losses[1] == pytest.approx(losses[0], rel=1e-2)
+    assert losses[1] == pytest.approx(losses[0], rel=1e-4)
 
 
 def test_report_repeats_the_figures_of_the_file_and_draws(calibrated, run_directory, tmp_path, capsys):

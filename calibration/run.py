@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from calibration.design import LoadingPath, design_paths
+from calibration.design import ROUNDS, LoadingPath, design_paths
 from calibration.provenance import code_version, today
 from fem_reference import ActuatorGeometry, Winding
 from rodmodel import Domain
@@ -56,7 +56,9 @@ class RunPlan:
 
     def description(self) -> dict[str, Any]:
         """All of it as JSON, for the run directory and the attributes of the dataset."""
-        own = {} if self.orientations is None else {"orientations": list(self.orientations)}
+        own = {}
+        if self.orientations is not None:
+            own = {"orientations": list(self.orientations), "rounds": ROUNDS}
         lengths = asdict(self.geometry)
         del lengths["outer_wall_variation"]
         return {

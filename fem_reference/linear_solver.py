@@ -5,6 +5,7 @@ a message: it is many times slower.
 """
 
 import logging
+import os
 import weakref
 from typing import Protocol, runtime_checkable
 
@@ -57,6 +58,8 @@ class PardisoSolver:
         self.factors = 0
         self._error = pypardiso.pardiso_wrapper.PyPardisoError
         self._pardiso = pypardiso.PyPardisoSolver(mtype=-2)
+        # Where the library was found: searching for it anew takes a third of a second for each solver.
+        os.environ.setdefault("PYPARDISO_MKL_RT", self._pardiso.libmkl._name)
         for index, value in (
             (1, 1),
             (2, 2),

@@ -115,5 +115,6 @@ def test_paths_on_windings_of_their_own_spread_evenly_over_the_orientations():
     # Ends of the range are planes of symmetry, and are trained on.
     assert {low, high} <= {path.psi for path in paths}
     singles = [p for p in paths if p.role == "train" and np.count_nonzero(p.loads[-1].pressure) == 1]
-    assert len({path.psi for path in singles}) >= 9
+    # Of each of two rounds, and of paths whose shares fall to one chamber.
+    assert len({path.psi for path in singles}) >= 6
     assert all(path.psi is None for path in design_paths(DOMAIN, 12, seed=3))

@@ -163,6 +163,7 @@ def newton_step(body: float) -> tuple[int, Callable[[], object]]:
 
 def newton_steps() -> tuple[list[dict[str, float]], float]:
     """Median times of all bodies, and the median of the power of the unknowns with which they grow."""
+    keep_memory()
     unknowns, steps = zip(*map(newton_step, BODIES_MM), strict=True)
     # Each is called once before it is timed, so that caches are filled.
     seconds = np.array([[median_seconds(step, 1) for step in steps] for _ in range(STEP_ROUNDS)])

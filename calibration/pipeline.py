@@ -36,7 +36,7 @@ NEAR_PRESSURE, NEAR_MOMENT = 4e3, 0.25
 # Of squares of parameters, against residuals of about one: see `fit`.
 PRIOR = 3e-3
 # The same, about the law of another winding.
-PRIOR_NEAR = 0.1
+PRIOR_NEAR = 0.03
 # Significant ones of a law's numbers: 1e-9 is far below the law's own error, and files are half as long.
 DIGITS = 9
 #: Layouts whose section is the same from all chambers; the others have a mirror or not.

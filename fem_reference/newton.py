@@ -61,6 +61,9 @@ _CREEP_ACCURACY = 0.3
 _SETTLING = 5
 _CONTRACTION = 0.7
 _PATIENCE = 3
+# Iterations in a row, of those that must end with the stiffness itself, that leave more force than the best:
+# a shorter step of the load costs less than more of them.
+_LOST = 6
 # Line search: a step may be this much larger than the one before; how often one is halved; and the share of
 # the problem's reach below which growth is let pass.
 _GROWTH = 2.0
@@ -131,11 +134,16 @@ def _iterate(
     size, excess, too_long, growing = np.inf, None, 0, 0
     # Whether contact stays convex to the end, as the stiffness was seen to have more negative pivots nearby.
     convex_to_the_end = False
+    # The least force left by the branch's own stiffness, of which the first says nothing, and iterations since.
+    least, since = 0.0, 0
     # Whether mixed steps have led here.
     mixed = False
     for iteration in range(MAX_ITERATIONS if viscous is None else _CREEP_ITERATIONS):
         linear = problem.linearise(at, target, viscous, before)
         force, moment = imbalance(problem, linear, target, iteration)
+        least, since = (force, 0) if convex or iteration <= 1 or force < least else (least, since + 1)
+        if since == _LOST and problem.exact and viscous is None:
+            raise NewtonError(f"{since} iterations leave more force than the {least:.1e} N before them")
         try:
             # Far from equilibrium a matrix that was not the branch's is not likely to be so one step on.
             if not (convex and (on_the_way or convex_to_the_end or size > problem.nearby)):

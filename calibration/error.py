@@ -57,7 +57,7 @@ def deviations(law: AnyLaw, samples: Samples, length: float, from_cell: bool = F
     curvature, pressure = jnp.asarray(samples.curvature), jnp.asarray(samples.pressure)
     psi = jnp.asarray(samples.psi)
     moment, volume = map(np.asarray, _moments_and_volumes(law, curvature, pressure, psi))
-    start = curvature if from_cell else _free_curvatures(law, pressure, psi)
+    start = curvature if from_cell else free_curvatures(law, pressure, psi)
     own, found = map(np.asarray, equilibrium(law, pressure, jnp.asarray(samples.moment), start, psi))
     bend, own_bend = samples.curvature[:, :2] * length, own[:, :2] * length
     return Deviations(
@@ -80,7 +80,8 @@ def _moments_and_volumes(law: AnyLaw, curvature: Array, pressure: Array, psi: Ar
 
 
 @eqx.filter_jit
-def _free_curvatures(law: AnyLaw, pressure: Array, psi: Array) -> Array:
+def free_curvatures(law: AnyLaw, pressure: Array, psi: Array) -> Array:
+    """Free curvatures that a law settles to, or guesses, shape (n, 3) [1/m]."""
     return jax.vmap(lambda p, angle: law_at(law, angle).free_curvature(p))(pressure, psi)
 
 

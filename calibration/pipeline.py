@@ -17,6 +17,7 @@ from calibration.design import inside
 from calibration.error import deviations, figures
 from calibration.fit import Fitted, fit, mean_square
 from calibration.joined import joined
+from calibration.mean_law import mean_states
 from calibration.oriented import AnyLaw
 from calibration.plots import write_figures
 from calibration.progress import progress_bar
@@ -35,8 +36,8 @@ SOFTEST = 0.1
 NEAR_PRESSURE, NEAR_MOMENT = 4e3, 0.25
 # Of squares of parameters, against residuals of about one: see `fit`.
 PRIOR = 3e-3
-# The same, about the law of another winding.
-PRIOR_NEAR = 0.03
+# The same, about the law of another winding; and of several, whose mean errs less than each of them.
+PRIOR_NEAR, PRIOR_NEAR_SEVERAL = 0.03, 3e-3
 # Significant ones of a law's numbers: 1e-9 is far below the law's own error, and files are half as long.
 DIGITS = 9
 #: Layouts whose section is the same from all chambers; the others have a mirror or not.
@@ -80,8 +81,12 @@ def prepare(
     run = attributes(dataset)
     geometry = ActuatorGeometry(**run["geometry"])
     scales = Scales.of(domain, geometry.body_length, geometry.chamber_area)
-    steps = metric(train, length, NEAR_PRESSURE, NEAR_MOMENT * float(domain.moment_max))
-    return Material(train, held_out, steps, scales)
+    return Material(train, held_out, metric_in(domain, train, length), scales)
+
+
+def metric_in(domain: Domain, samples: Samples, length: float) -> Metric:
+    """Scales of the residuals of some states of a domain."""
+    return metric(samples, length, NEAR_PRESSURE, NEAR_MOMENT * float(domain.moment_max))
 
 
 def symmetry_of(run: dict[str, Any]) -> str:
@@ -119,7 +124,7 @@ def fit_and_judge(
     features: int,
     iterations: int,
     seed: int,
-    near: AnyLaw | None = None,
+    near: Sequence[AnyLaw] = (),
     others: Sequence[xr.Dataset] = (),
 ) -> Judged:
     """Fit a network of ridges to the training states and measure it on the held-out ones.
@@ -132,15 +137,18 @@ def fit_and_judge(
     ridges, features : size of the law.
     iterations : of the final training.
     seed : of the first start.
-    near : law of another winding to begin with, from `begin_near`, and to stay near; the size is its own.
+    near : laws of other windings to begin with, from `begin_near`, and to stay near. Of several, a law is
+        fitted near each, and one of the first's size learns their mean: see `mean_states`.
     others : datasets of the same section whose training states are fitted too.
     """
     material = prepare(dataset, domain, length, others)
     # Which start is best, the states of one dataset tell.
-    own = prepare(dataset, domain, length) if others and near is None else material
+    own = prepare(dataset, domain, length) if others and not near else material
     run = attributes(dataset)
     train, scales = material.train, material.metric
-    with progress_bar((0 if near else STARTS * TRIAL_ITERATIONS) + iterations, "iterations") as advance:
+    rounds = len(near) + 1 if len(near) > 1 else 1
+    before = 0 if near else STARTS * TRIAL_ITERATIONS
+    with progress_bar(before + rounds * iterations, "iterations") as advance:
 
         def watch(stage: str) -> Any:
             return lambda _, loss: advance(1, f"{stage}, loss {loss:.3g}")
@@ -152,13 +160,22 @@ def fit_and_judge(
             stage = watch(f"start {number + 1}/{STARTS}")
             return fit(start, own.train, own.metric, TRIAL_ITERATIONS, prior=PRIOR, watch=stage)
 
-        if near is None:
-            start, prior = min(map(trial, range(STARTS)), key=lambda trial: trial.loss).law, PRIOR
+        if near:
+            starts, prior = list(near), PRIOR_NEAR if len(near) == 1 else PRIOR_NEAR_SEVERAL
         else:
-            start, prior = near, PRIOR_NEAR
-        found = fit(
-            start, train, scales, iterations, prior=prior, stay_near=near is not None, watch=watch("training")
-        )
+            starts, prior = [min(map(trial, range(STARTS)), key=lambda trial: trial.loss).law], PRIOR
+
+        def trained(start: AnyLaw, samples: Samples, scales: Metric, stage: str) -> Fitted[Any]:
+            stay = bool(near)
+            return fit(start, samples, scales, iterations, prior=prior, stay_near=stay, watch=watch(stage))
+
+        fits = [trained(start, train, scales, "training") for start in starts]
+        found = fits[0]
+        if len(fits) > 1:
+            first = with_guess(found.law, domain)
+            mean = mean_states([first, *(other.law for other in fits[1:])], domain, train.psi, seed)
+            mean = mean.where(softness(mean) >= SOFTEST)
+            found = trained(first, mean, metric_in(domain, mean, length), "learning the mean")
     law = rounded(with_guess(found.law, domain))
     domain = narrowed(law, domain)
     held_out = material.held_out
@@ -172,6 +189,7 @@ def fit_and_judge(
         "converged": found.converged,
         "mean_square_residual": mean_square(law, material.train, material.metric),
         "prior": prior,
+        **({"near": len(near)} if near else {}),
         "states": len(material.train),
         "paths": len(np.unique(material.train.path)),
         "seed": seed,

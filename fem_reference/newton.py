@@ -134,7 +134,7 @@ def _iterate(
     size, excess, too_long, growing = np.inf, None, 0, 0
     # Whether contact stays convex to the end, as the stiffness was seen to have more negative pivots nearby.
     convex_to_the_end = False
-    # The least force left by the branch's own stiffness, of which the first says nothing, and iterations since.
+    # The least force that the branch's own stiffness has left, but for the first; and iterations since.
     least, since = 0.0, 0
     # Whether mixed steps have led here.
     mixed = False

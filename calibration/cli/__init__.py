@@ -141,16 +141,14 @@ def _fit(options: argparse.Namespace, command: str) -> int:
             refuse_unlike(dataset, other)
         except UnlikeError as error:
             raise BadInputError(f"--also {file}: got {error}") from error
-    near = None
-    if options.near is not None:
-        if options.ridges is not None or options.features is not None:
-            raise BadInputError(
-                "--near: got it with --ridges or --features, expected the size to be that law's"
-            )
+    if options.near and (options.ridges is not None or options.features is not None):
+        raise BadInputError("--near: got it with --ridges or --features, expected the size to be that law's")
+    near = []
+    for file in options.near:
         try:
-            near = begin_near(read_calibration_file(options.near).section_law, run)
+            near.append(begin_near(read_calibration_file(file).section_law, run))
         except ValueError as error:
-            raise BadInputError(f"--near {options.near}: got {error}") from error
+            raise BadInputError(f"--near {file}: got {error}") from error
     outcome: Judged = fit_and_judge(
         dataset,
         domain,
@@ -171,7 +169,7 @@ def _fit(options: argparse.Namespace, command: str) -> int:
         "states": outcome.states,
         "date": today(),
         "training": outcome.training,
-        **({} if near is None else {"near_sha256": sha256(Path(options.near))}),
+        **({"near_sha256": [sha256(Path(file)) for file in options.near]} if near else {}),
         **({"also_sha256": [sha256(Path(file)) for file in options.also]} if others else {}),
     }
     save_calibration(calibration_of(outcome.law, outcome.domain, outcome.error, run, provenance), options.out)
@@ -269,9 +267,11 @@ def _parser() -> argparse.ArgumentParser:
     fit.add_argument("--out", required=True, help="calibration file to write")
     fit.add_argument(
         "--near",
-        default=None,
+        nargs="+",
+        default=[],
         metavar="FILE",
-        help="calibration of another winding, to begin with its law and stay near it: needs fewer paths",
+        help="calibration of another winding, to begin with its law and stay near it: needs fewer paths; "
+        "near each of several a law is fitted, and one of the first's size learns their mean",
     )
     fit.add_argument(
         "--ridges", type=count, default=None, help=f"ridge functions of the law (default: {_RIDGES})"

@@ -118,7 +118,7 @@ def test_fit_begins_near_the_law_of_another_winding(calibrated, run_directory, t
     assert main([*fitted, "--near", str(calibrated), "--iterations", "2"]) == 0
     provenance = rodmodel.read_calibration(tmp_path / "law.json").provenance
     assert provenance["training"]["ridges"] == 10
-    assert provenance["near_sha256"] == sha256(calibrated)
+    assert provenance["near_sha256"] == [sha256(calibrated)]
 
 
 def test_fit_takes_the_training_states_of_another_sweep_too(

@@ -15,7 +15,19 @@ from calibration.dataset import attributes
 from calibration.design import inside
 from calibration.error import figures
 from calibration.fit import fit, mean_square
-from calibration.pipeline import DIGITS, PRIOR, PRIOR_NEAR, begin_near, fit_and_judge, rounded, symmetry_of
+from calibration.mean_law import mean_states
+from calibration.pipeline import (
+    DIGITS,
+    PRIOR,
+    PRIOR_NEAR,
+    PRIOR_NEAR_SEVERAL,
+    begin_near,
+    fit_and_judge,
+    metric_in,
+    prepare,
+    rounded,
+    symmetry_of,
+)
 from calibration.samples import metric
 from calibration.start import Scales, initial_law, initial_oriented, with_guess
 from rodmodel import Domain, SectionLaw
@@ -178,7 +190,7 @@ SHORT = {"domain": DOMAIN, "length": LENGTH, "ridges": 3, "features": 3, "iterat
 def test_a_law_of_another_winding_gives_the_fit_its_size_and_start(dataset):
     """Of full symmetry, it has three times the ridges where only the mirror is left."""
     near = begin_near(law_of("full"), attributes(dataset))
-    outcome = fit_and_judge(dataset, **{**SHORT, "iterations": 30}, near=near)
+    outcome = fit_and_judge(dataset, **{**SHORT, "iterations": 30}, near=[near])
     assert outcome.good, outcome.complaint
     assert outcome.law.symmetry == "mirror"
     assert (outcome.training["ridges"], outcome.training["features"]) == (18, 15)
@@ -245,3 +257,23 @@ def test_a_law_with_more_parameters_than_data_is_fitted_to_the_end(some):
     assert ravel_pytree(eqx.filter(law, eqx.is_inexact_array))[0].size > 27 * len(few)
     found = fit(law, few, scales_of(few), iterations=120, tolerance=0.0)
     assert found.loss < 1e-6 * loss_of(law, few)
+
+
+def test_one_law_learns_the_mean_of_laws_near_several(dataset):
+    """It comes nearer to their mean than they are to it, at states that it did not learn from."""
+    run = attributes(dataset)
+    laws = [begin_near(initial_law(SCALES, 6, 5, seed=seed, symmetry="mirror"), run) for seed in (0, 1, 2)]
+    outcome = fit_and_judge(dataset, **{**SHORT, "iterations": 25}, near=laws)
+    assert outcome.good, outcome.complaint
+    assert outcome.training["prior"] == PRIOR_NEAR_SEVERAL
+    assert outcome.training["near"] == 3
+    train = prepare(dataset, DOMAIN, LENGTH).train
+    alone = [
+        fit(
+            law, train, prepare(dataset, DOMAIN, LENGTH).metric, 25, prior=PRIOR_NEAR_SEVERAL, stay_near=True
+        ).law
+        for law in laws
+    ]
+    unseen = mean_states([with_guess(alone[0], DOMAIN), *alone[1:]], DOMAIN, train.psi, seed=9)
+    scatter = [mean_square(law, unseen, metric_in(DOMAIN, unseen, LENGTH)) for law in alone]
+    assert mean_square(outcome.law, unseen, metric_in(DOMAIN, unseen, LENGTH)) < 0.5 * min(scatter)

@@ -1,5 +1,7 @@
 """Newton's method on problems of a few unknowns: line search, branches, kept stiffness, reach and failure."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -74,6 +76,25 @@ def test_steps_with_convex_contact_that_grow_are_given_up():
         solve(problem, 0.0, 1e-3)
 
 
+class Rough(Rounded):
+    """The same with contact's noise in the force, which no stiffness knows of."""
+
+    noise = 1e-3
+
+    def renewed(self, linear, at, target, viscous=None):
+        linear = super().renewed(linear, at, target, viscous)
+        return replace(linear, residual=linear.residual + 3e-4 * np.sin(1e7 * at), walls_touch=True)
+
+
+@pytest.mark.parametrize("start", [0.12, 0.14, 0.2])
+def test_mixed_steps_that_end_in_noise_do_not_tell_the_stiffness(start):
+    """Their differences are the noise's; the stiffness where they end does, 2 N/mm in the minimum."""
+    found = solve(Rough((1.0, 0.6, 0.3)), 0.0, start)
+    # The noise of 3e-4 N over the softest spring, 0.6 N/mm in its minimum.
+    np.testing.assert_allclose(found.configuration, np.sqrt([1.0, 0.6, 0.3]), rtol=0, atol=2 * 5e-4)
+    assert found.excess_negative == 0
+
+
 class Counted(PardisoSolver):
     """PARDISO that keeps the smallest number of every matrix."""
 
@@ -134,6 +155,18 @@ def test_what_does_not_converge_says_how_far_it_was(monkeypatch):
     spring = Diagonal(lambda x: x, np.ones_like, 2, reach=0.1)
     with pytest.raises(NewtonError, match="no convergence in 3 iterations"):
         solve(spring, 1.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("exact", "told"), [(True, "6 iterations leave more force"), (False, "no convergence")]
+)
+def test_iterations_that_lead_nowhere_are_given_up_where_they_must_end_exactly(exact, told):
+    """Newton's step from x on |x|^(1/5) is −5x, and half of it still leads farther away than x is."""
+    root = Diagonal(lambda x: np.sign(x) * np.abs(x) ** 0.2, lambda x: 0.2 * np.abs(x) ** -0.8, 1, reach=1e9)
+    root.exact = exact
+    with pytest.raises(NewtonError, match=told):
+        solve(root, 0.0, 0.01)
+    assert (root.stiffnesses < newton.MAX_ITERATIONS) == exact
 
 
 def test_a_force_that_is_not_finite_is_told():

@@ -23,6 +23,7 @@ from calibration.error import equilibrium, free_curvatures
 from calibration.oriented import AnyLaw, law_at
 from calibration.samples import Samples
 from calibration.second_order import UPPER, gradient_and_hessian
+from calibration.start import random_pressures
 from rodmodel import Domain
 
 STATES = 1500
@@ -45,9 +46,7 @@ def mean_states(laws: Sequence[AnyLaw], domain: Domain, psi: Float[np.ndarray, "
     states, all of them to train with; fewer where the first law has no equilibrium.
     """
     rng = np.random.default_rng(seed)
-    pressure = BEYOND * rng.random((STATES, 3)) * np.asarray(domain.pressure_max)
-    total = pressure.sum(axis=1, keepdims=True)
-    pressure *= np.minimum(1.0, BEYOND * domain.pressure_sum_max / total)
+    pressure = random_pressures(domain, STATES, BEYOND, rng)
     direction = rng.standard_normal((STATES, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     # A part is without moment, as the domain's inside is.

@@ -74,6 +74,15 @@ def initial_oriented(scales: Scales, ridges: int, features: int, seed: int) -> O
     return OrientedNetwork(network, jnp.asarray(0.5 * rng.standard_normal((features, 2))))
 
 
+def random_pressures(
+    domain: Domain, number: int, beyond: float, rng: np.random.Generator
+) -> Float[np.ndarray, "n 3"]:
+    """Pressures in a domain ``beyond`` times as large, too large sums drawn back to its edge [Pa]."""
+    pressure = beyond * rng.random((number, 3)) * np.asarray(domain.pressure_max)
+    total = pressure.sum(axis=1, keepdims=True)
+    return pressure * np.minimum(1.0, beyond * domain.pressure_sum_max / total)
+
+
 FittedLaw = TypeVar("FittedLaw", RidgeNetwork, OrientedNetwork)
 
 
@@ -84,9 +93,7 @@ def with_guess(law: FittedLaw, domain: Domain, seed: int = 0) -> FittedLaw:
     orientations, where the law is one of all.
     """
     rng = np.random.default_rng(seed)
-    pressure = _BEYOND * rng.random((_PRESSURES, 3)) * np.asarray(domain.pressure_max)
-    total = pressure.sum(axis=1, keepdims=True)
-    pressure *= np.minimum(1.0, _BEYOND * domain.pressure_sum_max / total)
+    pressure = random_pressures(domain, _PRESSURES, _BEYOND, rng)
     psi = 2.0 * np.pi * rng.random(_PRESSURES)
     roots = np.asarray(_roots(law, jnp.asarray(pressure), jnp.asarray(psi)))
     found = np.isfinite(roots).all(axis=1)

@@ -23,7 +23,7 @@ Trace = Callable[[Sequence[Load], CellState | None], Iterator[CellState]]
 
 RETRY_SUBDIVISION = 4  # a path that failed is followed once more, each of its steps cut in four
 # Change of curvature [1/m] that two neighbouring states may leave unexplained, 3 degrees over 60 mm; and how
-# often a step that does so is halved. Snaps of walls have been of 4 degrees and more.
+# often the way between is halved. Snaps of walls have been of 4 degrees and more.
 UNEXPLAINED, HALVINGS = 0.9, 2
 
 
@@ -58,26 +58,21 @@ def trace_path(trace: Trace, path: LoadingPath) -> Iterator[dict[str, Any]]:
     in smaller steps.
     """
     start: CellState | None = None
-    left = [(load, 0) for load in path.loads]  # and how often the step to it was halved
+    left = list(path.loads)
     attempt, clock = 1, time.perf_counter()
     while left:
         try:
-            for state in trace([load for load, _ in left], start):
-                lost = state.stable is False or state.jumped
-                if not lost and start is not None and unexplained(start, state) > UNEXPLAINED:
-                    load, halved = left[0]
-                    if halved == HALVINGS:
-                        yield {"end": {"unstable": asdict(load), "attempts": attempt}}
+            for reached in trace(list(left), start):
+                for state in _with_states_between(trace, start, reached, HALVINGS):
+                    yield state_record(state, attempt, time.perf_counter() - clock)
+                    if _lost(state):
+                        yield {"end": {"unstable": asdict(state.load), "attempts": attempt}}
                         return
-                    left[:1] = [(between(start.load, load, 0.5), halved + 1), (load, halved + 1)]
-                    break
-                yield state_record(state, attempt, time.perf_counter() - clock)
-                if lost:
-                    yield {"end": {"unstable": asdict(state.load), "attempts": attempt}}
-                    return
-                clock = time.perf_counter()
-                start = state
+                    clock, start = time.perf_counter(), state
                 del left[0]
+        except _SnapError as snap:
+            yield {"end": {"unstable": asdict(snap.load), "attempts": attempt}}
+            return
         except CellError as error:
             at = None if error.reached is None else asdict(error.reached)
             if error.unstable:
@@ -90,6 +85,32 @@ def trace_path(trace: Trace, path: LoadingPath) -> Iterator[dict[str, Any]]:
             start = error.last_good if error.last_good is not None else start
             left = _subdivide(start.load if start is not None else Load((0.0, 0.0, 0.0)), left)
     yield {"end": {"attempts": attempt}}
+
+
+class _SnapError(ArithmeticError):
+    """Two states, however near, do not explain the way between them."""
+
+    def __init__(self, load: Load) -> None:
+        super().__init__(f"a snap on the way to {load}")
+        self.load = load
+
+
+def _lost(state: CellState) -> bool:
+    return state.stable is False or state.jumped
+
+
+def _with_states_between(
+    trace: Trace, start: CellState | None, reached: CellState, halvings: int
+) -> Iterator[CellState]:
+    """States on the way from ``start`` that explain it, the one that was reached the last of them."""
+    if start is None or _lost(reached) or unexplained(start, reached) <= UNEXPLAINED:
+        yield reached
+        return
+    if halvings == 0:
+        raise _SnapError(reached.load)
+    middle = next(trace([between(start.load, reached.load, 0.5)], start))
+    yield from _with_states_between(trace, start, middle, halvings - 1)
+    yield from _with_states_between(trace, middle, reached, halvings - 1)
 
 
 def unexplained(before: CellState, after: CellState) -> float:
@@ -119,11 +140,11 @@ def state_record(state: CellState, attempt: int, seconds: float) -> dict[str, An
     }
 
 
-def _subdivide(start: Load, loads: Sequence[tuple[Load, int]]) -> list[tuple[Load, int]]:
+def _subdivide(start: Load, loads: Sequence[Load]) -> list[Load]:
     """The same path with each step cut in equal parts."""
     finer = []
-    for load, halved in loads:
+    for load in loads:
         shares = np.arange(1, RETRY_SUBDIVISION) / RETRY_SUBDIVISION
-        finer += [(between(start, load, float(share)), halved) for share in shares] + [(load, halved)]
+        finer += [*(between(start, load, float(share)) for share in shares), load]
         start = load
     return finer

@@ -35,6 +35,8 @@ _AMPLIFICATION, _AMPLIFICATION_BY_STRIDE = 8.0, 13.0
 _PREDICTOR_CUTS = 6
 # How often a step is halved before the body is left to creep to its load.
 _HALVINGS = 2
+# A path that is to end where walls lose their balance ends where its goal fails from this share of the way.
+_MISSED = 0.05
 
 
 class PathError(ArithmeticError):
@@ -77,7 +79,7 @@ class PathFollower:
 
     Parameters
     ----------
-    problem, solver : what is in equilibrium, and the linear solver.
+    problem, solver : what is in equilibrium, and the linear solver, which others may use between two goals.
     equilibrium, target : where the path starts: an equilibrium and what it is under.
     memory : of the path that led here, or the length of a first step in the measure of the target's ``to``.
     creeps : whether the body is left to creep where walls lose their balance; if not, the path ends there.
@@ -104,9 +106,9 @@ class PathFollower:
         self.step, self._earlier, self._heading = memory.step, memory.earlier, memory.heading
         self._longest = memory.longest
         self._creeps = creeps
-        # Whether the solver's factors are no longer those of the equilibrium at hand, and whether that is for
-        # a loss of balance.
-        self._failed = self._unstable = False
+        # The solver's factors of the equilibrium at hand, and whether the last step failed for a loss of
+        # balance.
+        self._factors, self._unstable = solver.factors, False
 
     @property
     def memory(self) -> PathMemory:
@@ -141,6 +143,8 @@ class PathFollower:
                 done, failed = done + step, []
                 continue
             failed.append((target, step))
+            if done + step >= length and step < _MISSED * length and not self._creeps:
+                raise self._error(step)
             if self._retreat(failed):
                 done, failed = done + failed[0][1], []
         return self.equilibrium
@@ -160,24 +164,23 @@ class PathFollower:
         self.step, self._longest = 0.5 * step, _BELOW_FAILED * step
         if len(failed) <= _HALVINGS and self.step >= _SMALLEST:
             return False
-        here = np.round(self.target.pressure * 1e3, 3)
         if not self._creeps and self._unstable:
-            raise PathError(
-                f"walls lose their balance within {step:.2g} kPa or so of pressures {here} kPa",
-                self.equilibrium,
-                self.target,
-                unstable=True,
-            )
+            raise self._error(step)
         if self._creeps and self._creep(*failed[0]):
             return True
         if self.step < _SMALLEST:
-            raise PathError(
-                f"stopped at pressures {here} kPa, where steps down to {step:.2g} of about 1 kPa fail",
-                self.equilibrium,
-                self.target,
-            )
+            raise self._error(step)
         failed.clear()
         return False
+
+    def _error(self, step: float) -> PathError:
+        """That no step forward converges, the last one tried of a length."""
+        here = np.round(self.target.pressure * 1e3, 3)
+        unstable = self._unstable and not self._creeps
+        message = f"stopped at pressures {here} kPa, where steps down to {step:.2g} of about 1 kPa fail"
+        if unstable:
+            message = f"walls lose their balance within {step:.2g} kPa or so of pressures {here} kPa"
+        return PathError(message, self.equilibrium, self.target, unstable)
 
     def _creep(self, target: Any, step: float) -> bool:
         """Let the body creep to ``target``; tell whether it came to rest."""
@@ -187,7 +190,7 @@ class PathFollower:
             _LOG.debug("creeping over a step of %.3g failed: %s", step, error)
             return False
         # What lies behind a jump says nothing of the way ahead.
-        self._failed, self._earlier, self.jumped = False, [], True
+        self._factors, self._earlier, self.jumped = self.solver.factors, [], True
         self._longest = math.inf
         self.equilibrium, self.target, self.step = found, target, 2.0 * step
         self.iterations += found.iterations
@@ -226,9 +229,9 @@ class PathFollower:
             )
         except NewtonError as error:
             _LOG.debug("no equilibrium: %s", error)
-            self._failed, self._unstable = True, isinstance(error, UnstableError)
+            self._unstable = isinstance(error, UnstableError)
             return None
-        self._failed = False
+        self._factors = self.solver.factors
         return found
 
     def _arrive(self, found: Equilibrium, target: Any, left: Any, step: float) -> None:
@@ -252,7 +255,7 @@ class PathFollower:
         The stiffness is that under the old load: a new pressure makes that of an unchanged shape indefinite.
         """
         at, linear = self.equilibrium.configuration, self.equilibrium.linear
-        if linear is None or self._failed:
+        if linear is None or self._factors != self.solver.factors:
             linear = self.problem.linearise(at, self.target)
             self.solver.factorise(self.problem.pattern.matrix(linear.data), self.problem.pattern.revision)
         loaded = replace(linear, residual=self.problem.linearise(at, target).residual)

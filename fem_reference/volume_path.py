@@ -101,7 +101,7 @@ class VolumePathFollower(PathFollower):
             if self._trusts(self.step, polynomial.back):
                 return polynomial
         linear = leg.linearise(here, Volume(leg.volume(here)))
-        if self.equilibrium.linear is None or self._failed:
+        if self.equilibrium.linear is None or self._factors != self.solver.factors:
             self.solver.factorise(leg.pattern.matrix(linear.data), leg.pattern.revision)
         return Tangent(leg, here, linear, leg.along(self.solver, linear, leg.unit))
 

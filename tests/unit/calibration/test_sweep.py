@@ -129,6 +129,21 @@ def test_states_lie_closer_where_the_section_changes_quickly(tmp_path):
     assert {load.pressure[0] for load in path.loads} <= set(pressures)
 
 
+def test_a_state_is_kept_while_those_between_are_found():
+    """No load is solved for twice, and the path goes on where it was."""
+    asked, trace = [], ManufacturedTracer()()
+
+    def counted(loads, start):
+        for state in trace(loads, start):
+            asked.append(state.load)
+            yield state
+
+    path = ramp(pressure=(80e3, 0.0, 0.0), steps=3)
+    *states, end = trace_path(counted, path)
+    assert end == {"end": {"attempts": 1}}
+    assert len(asked) == len(set(asked)) == len(states) > len(path.loads)
+
+
 def test_a_step_that_was_too_large_is_taken_in_smaller_ones(tmp_path):
     file = tmp_path / "ramp.jsonl"
     trace_into(file, ManufacturedTracer(largest_step=1e3))  # the ramp steps by 2.5 kPa

@@ -8,6 +8,7 @@ from fem_reference.creep import creep
 from fem_reference.linear_solver import PardisoSolver
 from fem_reference.newton import solve_equilibrium
 from fem_reference.path import PathError, PathFollower
+from fem_reference.problem import NewtonError
 from tests.diagonal_problem import FOLD, Diagonal, Push, double_well, well_minimum
 
 # Forces of 1e-9 N are left; a spring at the loads below has at least 0.2 N/mm.
@@ -76,6 +77,42 @@ def test_a_path_that_is_not_to_jump_ends_below_the_fold(jumps):
     np.testing.assert_allclose(
         caught.value.last.configuration, well_minimum(last, -1.0), rtol=0, atol=SETTLED
     )
+
+
+def test_a_goal_without_an_equilibrium_ends_a_path_that_is_not_to_jump_from_nearby(monkeypatch):
+    """Rough states can be had as near to it as one likes, which would halve the way there for ever."""
+    tried = []
+
+    def solve(problem, solver, target, *arguments, on_the_way=False, **named):
+        tried.append(float(target.pressure[0]))
+        if not on_the_way:
+            raise NewtonError("none here")
+        return solve_equilibrium(problem, solver, target, *arguments, on_the_way=on_the_way, **named)
+
+    along = follower(Diagonal(np.sinh, np.cosh, 1, reach=20.0), 0.0, creeps=False)
+    monkeypatch.setattr(path, "solve_equilibrium", solve)
+    with pytest.raises(PathError, match=r"^stopped at pressures") as caught:
+        along.follow(Push(np.full(1, 10.0)))
+    assert not caught.value.unstable
+    left = 1.0 - float(caught.value.target.pressure[0]) / 10.0
+    assert 0.5 * path._MISSED <= left < path._MISSED
+    assert tried.count(10.0) > 1
+    assert max(tried[:-1]) == 10.0 == tried[-1]
+
+
+def test_the_solver_may_be_used_by_others_between_two_goals():
+    """Where extrapolation is refused the next start comes from the stiffness at hand, not from theirs."""
+    goals = [Push(np.full(1, 1.0)), Push(np.full(1, 2.0))]
+    found = {}
+    for disturbed in (False, True):
+        spring = Diagonal(np.sinh, np.cosh, 1, reach=20.0)
+        spring.may_start = lambda at, guess: False
+        along = follower(spring, 0.0)
+        along.follow(goals[0])
+        if disturbed:
+            along.solver.factorise(spring.pattern.matrix(np.full(1, 1e-3)), spring.pattern.revision)
+        found[disturbed] = along.follow(goals[1]).configuration[0], along.iterations
+    assert found[True] == found[False]
 
 
 def test_on_the_way_back_the_far_branch_is_kept_to_its_own_fold(jumps):

@@ -23,6 +23,7 @@ import numpy as np
 import scipy.linalg
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Float
+from scipy.linalg.blas import dsymv, ssyrk
 
 from calibration.oriented import AnyLaw, law_at
 from calibration.samples import Metric, Samples
@@ -32,8 +33,9 @@ HESSIAN_WEIGHT = 0.3  # of the errors at neighbouring states against those at th
 _CHUNK = 384  # states whose Jacobian is held at a time
 _RESIDUALS = 27  # of a state
 # So many random combinations of residuals for each parameter make the normal matrix, others each time.
-# At 6 the mean square falls as fast as with all residuals, at 2.5 half as fast.
-_COMBINATIONS = 6
+# At 6 the mean square falls as fast as with all residuals, at 2.5 half as fast; near another law, whose
+# neighbourhood the prior holds to, 26 iterations at 3.5 end where 22 with all residuals do.
+_COMBINATIONS, _COMBINATIONS_NEAR = 6.0, 3.5
 # Relative to the mean diagonal of the normal matrix: the first damping; and how often it is raised in vain.
 _FIRST_DAMPING, _TRIALS = 1e-2, 12
 _PATIENCE = 10  # iterations over which convergence is judged
@@ -107,7 +109,8 @@ def fit(
     centre = x if stay_near else np.zeros_like(x)
 
     chunks = _chunks(samples, scales)
-    combinations = min(math.ceil(_COMBINATIONS * x.size / len(samples)), _RESIDUALS)
+    wanted = (_COMBINATIONS_NEAR if stay_near else _COMBINATIONS) * x.size / len(samples)
+    combinations = min(math.ceil(wanted), _RESIDUALS)
 
     def law_of(x: np.ndarray) -> Law:
         return eqx.combine(unravel(jnp.asarray(x)), fixed)
@@ -116,22 +119,31 @@ def fit(
         return _loss(law_of(x), chunks) + prior * float((x - centre) @ (x - centre))
 
     loss, damping, growth = loss_at(x), _FIRST_DAMPING, 2.0
+    diagonal = np.diag_indices(x.size)
+    # Taken once: new pages for such matrices cost more than what is done with them. The lower triangles are
+    # all that is ever read.
+    products = np.zeros((x.size, x.size), np.float32, order="F")
+    normal, damped = (np.zeros((x.size, x.size), order="F") for _ in range(2))
     losses, converged = [loss], False
     while len(losses) <= iterations and not converged:
-        normal, pull = prior * np.eye(x.size), prior * (x - centre)
-        here = law_of(x)
+        products.fill(0.0)
+        pull, here = prior * (x - centre), law_of(x)
         for number, chunk in enumerate(chunks):
             draw = jax.random.key(len(losses) * len(chunks) + number)
             rows = np.asarray(_slopes(here, chunk, combinations, draw)).reshape(-1, x.size)
-            normal += rows.T @ rows
+            ssyrk(1.0, rows.T, beta=1.0, c=products, lower=True, overwrite_c=True)
             pull += np.asarray(_half_gradient(here, chunk))
+        normal[:] = products
+        normal[diagonal] += prior
         unit = np.trace(normal) / x.size
         for _ in range(_TRIALS):
-            step = _damped_step(normal, damping * unit, pull)
+            damped[:] = normal
+            damped[diagonal] += damping * unit
+            step = _solved(damped, -pull)
             there = math.inf if step is None else loss_at(x + step)
             # Nielsen (1999), Damping parameter in Marquardt's method, IMM-REP-1999-05, eq. 2.5.
             if step is not None and there < loss:
-                gain = (loss - there) / -(2.0 * pull @ step + step @ normal @ step)
+                gain = (loss - there) / -(2.0 * pull @ step + step @ dsymv(1.0, normal, step, lower=True))
                 damping *= max(0.2, 1.0 - (2.0 * gain - 1.0) ** 3)
                 x, loss, growth = x + step, there, 2.0
                 break
@@ -144,13 +156,16 @@ def fit(
     return Fitted(law_of(x), loss, len(losses) - 1, converged)
 
 
-def _damped_step(normal: np.ndarray, damping: float, pull: np.ndarray) -> np.ndarray | None:
-    """Step downhill; None where slopes' rounding outweighs the damping: the matrix is not definite then."""
+def _solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
+    """Solution with a matrix' lower triangle, which is overwritten; None where it is not definite.
+
+    So it is where the slopes' rounding outweighs the damping.
+    """
     try:
-        factor = scipy.linalg.cho_factor(normal + damping * np.eye(len(pull)))
+        factor = scipy.linalg.cho_factor(matrix, lower=True, overwrite_a=True)
     except scipy.linalg.LinAlgError:
         return None
-    return np.asarray(-scipy.linalg.cho_solve(factor, pull))
+    return np.asarray(scipy.linalg.cho_solve(factor, right))
 
 
 # Compiled once for all laws of one form and size: every start of a fit, and what judges it.

@@ -189,7 +189,6 @@ def fit_and_judge(
         "converged": found.converged,
         "mean_square_residual": mean_square(law, material.train, material.metric),
         "prior": prior,
-        **({"near": len(near)} if near else {}),
         "states": len(material.train),
         "paths": len(np.unique(material.train.path)),
         "seed": seed,

@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 
 import equinox as eqx
 import jax
@@ -11,7 +12,7 @@ import xarray as xr
 import rodmodel
 from calibration.cli import main
 from calibration.dataset import load_dataset, save_dataset
-from calibration.pipeline import prepare
+from calibration.pipeline import PRIOR_NEAR_SEVERAL, prepare
 from calibration.provenance import sha256
 
 RUN = ["run", "--out", "unused"]
@@ -119,13 +120,19 @@ def test_fit_begins_near_the_law_of_another_winding(calibrated, run_directory, t
     provenance = rodmodel.read_calibration(tmp_path / "law.json").provenance
     assert provenance["training"]["ridges"] == 10
     assert provenance["near_sha256"] == [sha256(calibrated)]
+    several = str(tmp_path / "law.json"), str(calibrated)
+    out = tmp_path / "mean.json"
+    assert main([*fitted[:2], "--out", str(out), "--near", *several, "--iterations", "2"]) == 0
+    provenance = rodmodel.read_calibration(out).provenance
+    assert provenance["near_sha256"] == [sha256(Path(file)) for file in several]
+    assert provenance["training"]["prior"] == PRIOR_NEAR_SEVERAL
 
 
 def test_fit_takes_the_training_states_of_another_sweep_too(
     calibrated, run_directory, tmp_path, bad, monkeypatch
 ):
     # All residuals make the normal matrix, not random combinations of them: steps are the same then.
-    monkeypatch.setattr("calibration.fit._COMBINATIONS", 1000)
+    monkeypatch.setattr("calibration.fit._COMBINATIONS_NEAR", 1000.0)
     dataset = run_directory / "dataset.nc"
     other = xr.load_dataset(dataset, engine="h5netcdf")
     fitted = ["fit", str(dataset), "--near", str(calibrated), "--iterations", "2", "--out"]

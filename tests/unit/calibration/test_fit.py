@@ -266,14 +266,9 @@ def test_one_law_learns_the_mean_of_laws_near_several(dataset):
     outcome = fit_and_judge(dataset, **{**SHORT, "iterations": 25}, near=laws)
     assert outcome.good, outcome.complaint
     assert outcome.training["prior"] == PRIOR_NEAR_SEVERAL
-    assert outcome.training["near"] == 3
-    train = prepare(dataset, DOMAIN, LENGTH).train
-    alone = [
-        fit(
-            law, train, prepare(dataset, DOMAIN, LENGTH).metric, 25, prior=PRIOR_NEAR_SEVERAL, stay_near=True
-        ).law
-        for law in laws
-    ]
-    unseen = mean_states([with_guess(alone[0], DOMAIN), *alone[1:]], DOMAIN, train.psi, seed=9)
+    own = prepare(dataset, DOMAIN, LENGTH)
+    options = {"iterations": 25, "prior": PRIOR_NEAR_SEVERAL, "stay_near": True}
+    alone = [fit(law, own.train, own.metric, **options).law for law in laws]
+    unseen = mean_states([with_guess(alone[0], DOMAIN), *alone[1:]], DOMAIN, own.train.psi, seed=9)
     scatter = [mean_square(law, unseen, metric_in(DOMAIN, unseen, LENGTH)) for law in alone]
     assert mean_square(outcome.law, unseen, metric_in(DOMAIN, unseen, LENGTH)) < 0.5 * min(scatter)

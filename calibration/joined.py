@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from calibration.dataset import attributes
+from calibration.run import whole_material
 from calibration.samples import Samples
 
 # What sweeps must have in common; and a winding, but for its orientation where a law is one of all.
@@ -27,6 +28,8 @@ def refuse_unlike(dataset: xr.Dataset, other: xr.Dataset) -> None:
     other : sweep whose states are to be fitted with it.
     """
     own, its = attributes(dataset), attributes(other)
+    for run in (own, its):
+        run["material"] = whole_material(run["material"])
     for name in _IN_COMMON:
         if own.get(name) != its.get(name):
             raise UnlikeError(f"a sweep with {name} {its.get(name)}, expected {own.get(name)}")

@@ -8,7 +8,7 @@ from typing import Any
 
 from calibration.design import ROUNDS, LoadingPath, design_paths
 from calibration.provenance import code_version, today
-from fem_reference import ActuatorGeometry, Winding
+from fem_reference import ActuatorGeometry, Ogden, Thread, Winding
 from rodmodel import Domain
 
 # Of a path, from a load to the next [Pa]: a law needs many paths rather than many states of each.
@@ -76,11 +76,18 @@ class RunPlan:
         }
 
 
+def whole_material(material: Mapping[str, Any]) -> dict[str, Any]:
+    """What a file says of the materials, with what was not yet a choice when it was written, by default."""
+    every = json.loads(json.dumps({"body": asdict(Ogden()), "thread": asdict(Thread())}))
+    return {part: {**every.get(part, {}), **given} for part, given in material.items()}
+
+
 def refuse_another(
     found: Mapping[str, Any], plan: RunPlan, material: Mapping[str, Any], where: str, expected: str
 ) -> None:
     """Raise a `RunError` where a run's description, found somewhere, is not of this plan."""
     wanted = json.loads(json.dumps({**plan.description(), "material": material}))
+    found = {**found, "material": whole_material(found.get("material", {}))}
     for key, value in wanted.items():
         if found.get(key) != value:
             raise RunError(

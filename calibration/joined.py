@@ -29,7 +29,7 @@ def refuse_unlike(dataset: xr.Dataset, other: xr.Dataset) -> None:
     """
     own, its = attributes(dataset), attributes(other)
     for run in (own, its):
-        run["material"] = whole_material(run["material"])
+        run["material"] = whole_material(run.get("material", {}))
     for name in _IN_COMMON:
         if own.get(name) != its.get(name):
             raise UnlikeError(f"a sweep with {name} {its.get(name)}, expected {own.get(name)}")

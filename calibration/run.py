@@ -79,7 +79,7 @@ class RunPlan:
 def whole_material(material: Mapping[str, Any]) -> dict[str, Any]:
     """What a file says of the materials, with what was not yet a choice when it was written, by default."""
     every = json.loads(json.dumps({"body": asdict(Ogden()), "thread": asdict(Thread())}))
-    return {part: {**every.get(part, {}), **given} for part, given in material.items()}
+    return {**material, **{part: {**every[part], **material[part]} for part in every if part in material}}
 
 
 def refuse_another(

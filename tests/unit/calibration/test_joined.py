@@ -1,12 +1,14 @@
 """States of several sweeps fitted together."""
 
 import json
+from dataclasses import asdict
 
 import numpy as np
 import pytest
 
 from calibration.dataset import attributes
 from calibration.joined import UnlikeError, joined, refuse_unlike
+from fem_reference import Thread
 
 
 def changed(dataset, **attrs):
@@ -47,3 +49,14 @@ def test_a_law_of_all_orientations_takes_sweeps_of_any_one(dataset):
         UnlikeError, match="a sweep of many orientations, expected one of a single orientation"
     ):
         refuse_unlike(dataset, every)
+
+
+def test_a_sweep_from_before_a_material_had_a_choice_is_one_with_the_default(dataset):
+    thread = asdict(Thread())
+    now = changed(dataset, material={"thread": thread})
+    before = changed(dataset, material={"thread": {n: v for n, v in thread.items() if n != "slack_share"}})
+    refuse_unlike(now, before)
+    refuse_unlike(before, now)
+    yarn = changed(dataset, material={"thread": asdict(Thread(slack_share=1e-4))})
+    with pytest.raises(UnlikeError, match=r"a sweep with material .*'slack_share': 1.0.*, expected .*0.0001"):
+        refuse_unlike(yarn, before)

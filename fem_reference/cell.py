@@ -175,7 +175,7 @@ class PeriodCell:
             self.geometry.body_length / end_compliance if end_compliance > 0.0 else None,
         )
         self._problem = CellProblem(self.equations)
-        self._solver = solver or default_solver(definite=True)
+        self._solver = solver or default_solver(definite=True, single=True)
         self._rest: Equilibrium | None = None
         self._rest_energy = 0.0
 

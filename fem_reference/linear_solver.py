@@ -4,10 +4,11 @@ MKL PARDISO (through `pypardiso`) is the default. Where MKL is not to be had, Sc
 a message: it is many times slower.
 """
 
+import ctypes
 import logging
 import os
 import weakref
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 import scipy.sparse as sparse
@@ -15,6 +16,12 @@ from jaxtyping import Float
 from scipy.sparse.linalg import splu
 
 _LOG = logging.getLogger(__name__)
+
+# Relative residual that a solution is refined to. Steps that leave 1e-5 break symmetries: where two
+# equilibria are near, a path that should stay symmetric then ends in the other.
+_ACCURATE = 1e-7
+# How fast it must shrink, or factors of single precision are not worth refining.
+_CONTRACTION = 0.1
 
 
 class SingularMatrixError(ArithmeticError):
@@ -49,14 +56,16 @@ class PardisoSolver:
     ----------
     definite : whether matrices are positive definite as a rule. Pivots are then single ones, which takes 30 %
         less time, until one of them is too small: the matrix is then factorised with pairs of pivots.
+    single : whether factors are of single precision, which takes 40 % less time. Solutions are refined with
+        the matrix itself (Higham 2002, Accuracy and Stability of Numerical Algorithms, §12); a matrix for
+        which that does not converge is factorised in double precision.
     """
 
-    def __init__(self, definite: bool = False) -> None:
+    def __init__(self, definite: bool = False, single: bool = False) -> None:
         import pypardiso
 
-        self._definite = definite
+        self._definite, self._single = definite, single
         self.factors = 0
-        self._error = pypardiso.pardiso_wrapper.PyPardisoError
         self._pardiso = pypardiso.PyPardisoSolver(mtype=-2)
         # Where the library was found: searching for it anew takes a third of a second for each solver.
         os.environ.setdefault("PYPARDISO_MKL_RT", self._pardiso.libmkl._name)
@@ -75,43 +84,108 @@ class PardisoSolver:
             self._pardiso.set_iparm(index, value)
         self._upper: sparse.csr_matrix | None = None
         self._revision: int | None = None
+        self._type: type = np.float64
+        # The matrix as PARDISO reads it, rows and columns counted from one.
+        self._values, self._rows, self._columns = np.zeros(0), np.zeros(1, np.int32), np.zeros(0, np.int32)
         # MKL holds the factors outside Python's sight.
         weakref.finalize(self, self._pardiso.free_memory, everything=True).atexit = False
 
     def factorise(self, upper: sparse.csr_matrix, revision: int) -> int:
         """See `SymmetricSolver.factorise`."""
         self.factors += 1
-        if revision != self._revision and self._upper is not None:
-            self._pardiso.free_memory()
-        analysed = revision == self._revision
-        self._upper, self._revision = upper, revision
-        if self._definite:
-            if self._pivots(upper, analysed, pairs=False):
-                return int(self._pardiso.get_iparm(23))
-            analysed = True
-        if not self._pivots(upper, analysed, pairs=True):
+        if self._single and self._factorise(upper, revision, np.float32):
+            return int(self._pardiso.get_iparm(23))
+        if not self._factorise(upper, revision, np.float64):
             raise SingularMatrixError("the matrix is singular: PARDISO perturbed a pivot")
         return int(self._pardiso.get_iparm(23))
 
-    def _pivots(self, upper: sparse.csr_matrix, analysed: bool, pairs: bool) -> bool:
+    def _factorise(self, upper: sparse.csr_matrix, revision: int, precision: type) -> bool:
+        """Factorise in a precision; whether all pivots were large enough."""
+        analysed = revision == self._revision and precision is self._type
+        if not analysed and self._upper is not None:
+            # All of it: factors of one precision are not to be found in the place of the other's.
+            self._pardiso.free_memory(everything=True)
+        self._upper, self._revision, self._type = upper, revision, precision
+        self._values = upper.data.astype(precision, copy=False)
+        if not analysed:
+            self._rows, self._columns = upper.indptr.astype(np.int32) + 1, upper.indices.astype(np.int32) + 1
+            self._pardiso.set_iparm(28, int(precision is np.float32))
+        if self._definite:
+            if self._pivots(analysed, pairs=False):
+                return True
+            analysed = True
+        return self._pivots(analysed, pairs=True)
+
+    def _pivots(self, analysed: bool, pairs: bool) -> bool:
         """Factorise with single pivots or pairs; whether all of them were large enough."""
         self._pardiso.set_iparm(21, int(pairs))
-        self._pardiso.set_phase(22 if analysed else 12)
-        try:
-            self._pardiso._call_pardiso(upper, np.zeros((upper.shape[0], 1), order="F"))
-        except self._error as error:
-            raise SingularMatrixError(str(error)) from error
+        self._call(22 if analysed else 12, np.zeros((len(self._rows) - 1, 1), self._type))
         return bool(self._pardiso.get_iparm(14) == 0)
 
     def solve(self, right: Float[np.ndarray, "n columns"]) -> Float[np.ndarray, "n columns"]:
         """See `SymmetricSolver.solve`."""
-        if self._upper is None:
+        if self._upper is None or self._revision is None:
             raise RuntimeError("solve: called before factorise; expected a factorised matrix")
-        self._pardiso.set_phase(33)
-        solution = self._pardiso._call_pardiso(self._upper, np.asfortranarray(right))
+        if self._type is np.float64:
+            solution = self._call(33, np.asfortranarray(right))
+        else:
+            found = self._refined(right)
+            if found is None:
+                _LOG.debug("factors of single precision do not serve")
+                if not self._factorise(self._upper, self._revision, np.float64):
+                    raise SingularMatrixError("the matrix is singular: PARDISO perturbed a pivot")
+                return self.solve(right)
+            solution = found
         if not np.all(np.isfinite(solution)):
             raise SingularMatrixError("the solution of the linear system is not finite")
         return solution
+
+    def _refined(self, right: Float[np.ndarray, "n columns"]) -> Float[np.ndarray, "n columns"] | None:
+        """Solution by factors of single precision; None where its residual does not shrink to this."""
+        scale = np.linalg.norm(right, axis=0)
+        scale[scale == 0.0] = 1.0
+        scaled = right / scale
+        solution, residual, largest = np.zeros_like(scaled), scaled, 1.0
+        while largest > _ACCURATE:
+            # In single precision nothing much smaller than one can be told.
+            correction = self._call(33, np.asfortranarray(residual / largest, dtype=np.float32))
+            solution += largest * correction
+            residual = scaled - self._times(solution)
+            before, largest = largest, float(np.linalg.norm(residual, axis=0).max())
+            # Written so that what is not a number ends it too.
+            if not largest <= _CONTRACTION * before:
+                return None
+        return solution * scale
+
+    def _times(self, vectors: Float[np.ndarray, "n columns"]) -> Float[np.ndarray, "n columns"]:
+        """The matrix, whose upper triangle is at hand, times vectors."""
+        upper = self._upper
+        assert upper is not None
+        diagonal = upper.data[upper.indptr[:-1]]
+        return upper @ vectors + upper.T @ vectors - diagonal[:, None] * vectors
+
+    def _call(self, phase: int, right: Float[np.ndarray, "n columns"]) -> Float[np.ndarray, "n columns"]:
+        """Run a phase of PARDISO; the solution, if it solves."""
+        pardiso, solution, error = self._pardiso, np.zeros_like(right), ctypes.c_int32(0)
+        whole = [ctypes.c_int32(i) for i in (1, 1, -2, phase, len(self._rows) - 1, right.shape[1], 0)]
+        factors, number, kind, phase_, size, columns, silent = map(ctypes.byref, whole)
+
+        def integers(array: np.ndarray) -> Any:
+            return array.ctypes.data_as(ctypes.POINTER(ctypes.c_int32))
+
+        def numbers(array: np.ndarray) -> Any:
+            return array.ctypes.data_as(ctypes.c_void_p)
+
+        pardiso._mkl_pardiso(
+            pardiso.pt.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
+            *(factors, number, kind, phase_, size),
+            *(numbers(self._values), integers(self._rows), integers(self._columns), integers(pardiso.perm)),
+            *(columns, integers(pardiso.iparm), silent, numbers(right), numbers(solution)),
+            ctypes.byref(error),
+        )
+        if error.value != 0:
+            raise SingularMatrixError(f"PARDISO ended with error {error.value}")
+        return np.ascontiguousarray(solution)
 
 
 class SuperLuSolver:
@@ -137,10 +211,10 @@ class SuperLuSolver:
         return self._factor.solve(np.ascontiguousarray(right))
 
 
-def default_solver(definite: bool = False) -> SymmetricSolver:
-    """PARDISO where MKL is installed, else SuperLU with a warning in the log; ``definite``: see there."""
+def default_solver(definite: bool = False, single: bool = False) -> SymmetricSolver:
+    """PARDISO where MKL is installed, else SuperLU with a warning in the log; for the choices see there."""
     try:
-        return PardisoSolver(definite)
+        return PardisoSolver(definite, single)
     except ImportError as error:
         _LOG.warning("MKL PARDISO is not available (%s); SuperLU takes over and is many times slower", error)
         return SuperLuSolver()

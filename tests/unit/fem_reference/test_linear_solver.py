@@ -159,3 +159,29 @@ def _with_diagonal(matrix: np.ndarray) -> sparse.csr_matrix:
     """Upper triangle in which the diagonal's zeros are stored, as PARDISO wants them."""
     rows, columns = np.nonzero(np.triu(matrix) + np.eye(SIZE))
     return sparse.csr_matrix((matrix[rows, columns], (rows, columns)), shape=matrix.shape)
+
+
+def test_factors_of_single_precision_are_refined_to_double():
+    solver, matrix = PardisoSolver(single=True), indefinite()
+    # Columns whose squares single precision does not hold, and one of zeros.
+    right = np.random.default_rng(3).uniform(-1.0, 1.0, (SIZE, 3)) * np.array([1e-30, 1e30, 0.0])
+    expected = np.linalg.solve(matrix, right)
+    assert solver.factorise(upper(matrix), 0) == NEGATIVE
+    size = np.maximum(np.abs(expected).max(axis=0), 1.0e-300)
+    # The residual it is refined to, 1e-7 of the right side, times a condition number below 100.
+    np.testing.assert_allclose(solver.solve(right) / size, expected / size, rtol=0, atol=1e-5)
+
+
+@pytest.mark.parametrize(("stiff", "soft"), [(1e10, 1.0), (1e7, 0.7)])
+def test_a_matrix_beyond_single_precision_is_factorised_in_double(stiff, soft):
+    """A stiff spring on a soft one, which single precision loses, or takes for one of 1.0 in place of 0.7."""
+    matrix = np.eye(SIZE)
+    matrix[:2, :2] = stiff * np.array([[1.0, -1.0], [-1.0, 1.0]]) + np.diag([0.0, soft])
+    solver = PardisoSolver(definite=True, single=True)
+    right = np.random.default_rng(4).uniform(1.0, 2.0, (SIZE, 1))
+    for revision, tried in enumerate([matrix, indefinite(), matrix]):
+        solver.factorise(upper(tried), revision)
+        found = solver.solve(right)
+        # Double's round-off times a condition number of 4e10; else what a refined solution may leave.
+        left = np.linalg.norm(tried @ found - right) / np.linalg.norm(right)
+        assert left < (1e-5 if tried is matrix else 1e-7)

@@ -78,7 +78,7 @@ def mix_steps(
     least eigenvalue of the stiffness in the steps' directions, over that with convex contact.
     """
     mixing, smallest, since, restarts = Mixing(problem), np.inf, 0, 0
-    best = at, linear, 0.0
+    best, begun = (at, linear, 0.0), at
     last_step, last_force, last_moment = _MIXED_END if problem.exact else _KEPT_END
     for iteration in range(_MIXED_ITERATIONS):
         linear = problem.renewed(linear, at, target)
@@ -86,6 +86,9 @@ def mix_steps(
         step = problem.newton_step(solver, linear, target)
         size = problem.size(step, linear)
         _LOG.debug("  mixed: force %.2e N, moment %.2e N mm, step %.2e mm", force, moment, size)
+        if min(size, smallest) > problem.reach:
+            # What the factors know nothing of: so far away even a look for walls in the way fills the memory.
+            break
         since = 0 if size < _LED_ON * smallest else since + 1
         if size < smallest:
             smallest, best = size, (at, linear, force)
@@ -100,10 +103,11 @@ def mix_steps(
         if since > (_LED_NOWHERE if rough else _LED_ASTRAY):
             break
         if size > _TOO_FAR * smallest:
-            if restarts == _RESTARTS:
+            if restarts == _RESTARTS or best[0] is begun:
                 break
             # Back to the best, and another way from there.
             (at, linear, _), mixing, restarts = best, Mixing(problem), restarts + 1
+            begun = at
             step = problem.newton_step(solver, linear, target)
         moved = problem.advance(at, step, 1.0, linear)
         mixed = mixing.next(moved, step.positions)

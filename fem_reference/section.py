@@ -53,7 +53,7 @@ class MeshLevel:
 
 LEVELS = {
     "coarse": MeshLevel(4, 12, 4, 4, 2, 2, 1, 0.5),
-    "medium": MeshLevel(6, 16, 4, 6, 3, 2, 1, 0.43),
+    "medium": MeshLevel(6, 18, 4, 6, 3, 2, 1, 0.375),
     # About 0.4 mm everywhere, as in the paper.
     "paper": MeshLevel(8, 24, 4, 6, 4, 2, 1, 0.375),
     "quadratic": MeshLevel(2, 8, 2, 2, 1, 1, 1, 0.75, order=2),

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from fem_reference.kept import mix_steps
+from fem_reference.linear_solver import PardisoSolver
 from fem_reference.mixing import Mixing
-from tests.diagonal_problem import Diagonal
+from tests.diagonal_problem import Diagonal, Push
 
 # A⁻¹K in three directions, of both signs; one in all others.
 SOFT = {0: 0.05, 1: -0.15, 2: 0.4}
@@ -58,3 +60,16 @@ def test_a_mean_far_beyond_the_step_is_not_taken():
         step = np.ones(2) - stiffness @ x
         before, x = x, mixing.next(x + step, step)
         assert np.linalg.norm(x - before) <= 30.0 * np.linalg.norm(step)
+
+
+@pytest.mark.parametrize(("weakest", "tried"), [(1e-3, 0.0), (0.5, 1.0)])
+def test_steps_beyond_the_problems_reach_are_not_tried(weakest, tried):
+    """Walls in the way of a step of metres would fill the memory; 1 N on a spring of 1 N/m goes one."""
+    springs = Diagonal(lambda x: weakest * x, lambda x: np.full_like(x, weakest), 3, reach=5.0)
+    target, at, solver = Push(np.ones(3)), np.zeros(3), PardisoSolver()
+    linear = springs.linearise(at, target)
+    solver.factorise(springs.pattern.matrix(linear.data), 0)
+    found, *_, softest = mix_steps(springs, solver, target, at, linear, rough=False)
+    assert (softest is None) == (tried == 0.0)
+    np.testing.assert_allclose(found, tried * 2.0)
+    assert springs.longest_step == pytest.approx(tried * 2.0)

@@ -58,7 +58,7 @@ class PardisoSolver:
         less time, until one of them is too small: the matrix is then factorised with pairs of pivots.
     single : whether factors are of single precision, which takes 40 % less time. Solutions are refined with
         the matrix itself, which must stay as it is for as long (Higham 2002, Accuracy and Stability of
-        Numerical Algorithms, §12); a matrix for which that does not converge is factorised in double precision.
+        Numerical Algorithms, §12); one for which that does not converge is factorised in double precision.
     """
 
     def __init__(self, definite: bool = False, single: bool = False) -> None:

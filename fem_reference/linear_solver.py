@@ -84,8 +84,7 @@ class PardisoSolver:
             self._pardiso.set_iparm(index, value)
         self._upper: sparse.csr_matrix | None = None
         self._revision: int | None = None
-        self._type: type = np.float64
-        # The matrix as PARDISO reads it, rows and columns counted from one.
+        # The matrix as PARDISO reads it: values in the precision of the factors, rows and columns from one.
         self._values, self._rows, self._columns = np.zeros(0), np.zeros(1, np.int32), np.zeros(0, np.int32)
         # MKL holds the factors outside Python's sight.
         weakref.finalize(self, self._pardiso.free_memory, everything=True).atexit = False
@@ -101,11 +100,11 @@ class PardisoSolver:
 
     def _factorise(self, upper: sparse.csr_matrix, revision: int, precision: type) -> bool:
         """Factorise in a precision; whether all pivots were large enough."""
-        analysed = revision == self._revision and precision is self._type
+        analysed = revision == self._revision and self._values.dtype == precision
         if not analysed and self._upper is not None:
             # All of it: factors of one precision are not to be found in the place of the other's.
             self._pardiso.free_memory(everything=True)
-        self._upper, self._revision, self._type = upper, revision, precision
+        self._upper, self._revision = upper, revision
         self._values = upper.data.astype(precision, copy=False)
         if not analysed:
             self._rows, self._columns = upper.indptr.astype(np.int32) + 1, upper.indices.astype(np.int32) + 1
@@ -119,14 +118,14 @@ class PardisoSolver:
     def _pivots(self, analysed: bool, pairs: bool) -> bool:
         """Factorise with single pivots or pairs; whether all of them were large enough."""
         self._pardiso.set_iparm(21, int(pairs))
-        self._call(22 if analysed else 12, np.zeros((len(self._rows) - 1, 1), self._type))
+        self._call(22 if analysed else 12, np.zeros((len(self._rows) - 1, 1), self._values.dtype))
         return bool(self._pardiso.get_iparm(14) == 0)
 
     def solve(self, right: Float[np.ndarray, "n columns"]) -> Float[np.ndarray, "n columns"]:
         """See `SymmetricSolver.solve`."""
         if self._upper is None or self._revision is None:
             raise RuntimeError("solve: called before factorise; expected a factorised matrix")
-        if self._type is np.float64:
+        if self._values.dtype == np.float64:
             solution = self._call(33, np.asfortranarray(right))
         else:
             found = self._refined(right)
@@ -165,7 +164,7 @@ class PardisoSolver:
         return upper @ vectors + upper.T @ vectors - diagonal[:, None] * vectors
 
     def _call(self, phase: int, right: Float[np.ndarray, "n columns"]) -> Float[np.ndarray, "n columns"]:
-        """Run a phase of PARDISO; the solution, if it solves."""
+        """Run a phase of PARDISO; the solution, if it solves. `pypardiso`'s own is for double precision."""
         pardiso, solution, error = self._pardiso, np.zeros_like(right), ctypes.c_int32(0)
         whole = [ctypes.c_int32(i) for i in (1, 1, -2, phase, len(self._rows) - 1, right.shape[1], 0)]
         factors, number, kind, phase_, size, columns, silent = map(ctypes.byref, whole)

@@ -126,7 +126,7 @@ class PardisoSolver:
         if self._upper is None or self._revision is None:
             raise RuntimeError("solve: called before factorise; expected a factorised matrix")
         if self._values.dtype == np.float64:
-            solution = self._call(33, np.asfortranarray(right))
+            solution = self._call(33, np.asfortranarray(right, dtype=np.float64))
         else:
             found = self._refined(right)
             if found is None:

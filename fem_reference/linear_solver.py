@@ -118,7 +118,7 @@ class PardisoSolver:
     def _pivots(self, analysed: bool, pairs: bool) -> bool:
         """Factorise with single pivots or pairs; whether all of them were large enough."""
         self._pardiso.set_iparm(21, int(pairs))
-        self._call(22 if analysed else 12, np.zeros((len(self._rows) - 1, 1), self._values.dtype))
+        self._call(22 if analysed else 12, np.zeros((len(self._rows) - 1, 1)))
         return bool(self._pardiso.get_iparm(14) == 0)
 
     def solve(self, right: Float[np.ndarray, "n columns"]) -> Float[np.ndarray, "n columns"]:
@@ -126,7 +126,7 @@ class PardisoSolver:
         if self._upper is None or self._revision is None:
             raise RuntimeError("solve: called before factorise; expected a factorised matrix")
         if self._values.dtype == np.float64:
-            solution = self._call(33, np.asfortranarray(right, dtype=np.float64))
+            solution = self._call(33, right)
         else:
             found = self._refined(right)
             if found is None:
@@ -147,7 +147,7 @@ class PardisoSolver:
         solution, residual, largest = np.zeros_like(scaled), scaled, 1.0
         while largest > _ACCURATE:
             # In single precision nothing much smaller than one can be told.
-            correction = self._call(33, np.asfortranarray(residual / largest, dtype=np.float32))
+            correction = self._call(33, residual / largest)
             solution += largest * correction
             residual = scaled - self._times(solution)
             before, largest = largest, float(np.linalg.norm(residual, axis=0).max())
@@ -165,6 +165,8 @@ class PardisoSolver:
 
     def _call(self, phase: int, right: Float[np.ndarray, "n columns"]) -> Float[np.ndarray, "n columns"]:
         """Run a phase of PARDISO; the solution, if it solves. `pypardiso`'s own is for double precision."""
+        # PARDISO reads values of the factors' precision, whatever the array holds.
+        right = np.asfortranarray(right, dtype=self._values.dtype)
         pardiso, solution, error = self._pardiso, np.zeros_like(right), ctypes.c_int32(0)
         whole = [ctypes.c_int32(i) for i in (1, 1, -2, phase, len(self._rows) - 1, right.shape[1], 0)]
         factors, number, kind, phase_, size, columns, silent = map(ctypes.byref, whole)

@@ -51,10 +51,10 @@ def test_solutions_satisfy_the_equations_and_both_solvers_agree(solver):
 
 
 def test_right_sides_need_not_be_of_double_precision(solver):
-    # PARDISO reads eight bytes a value, whatever the array holds.
     matrix, right = indefinite(), np.arange(SIZE, dtype=np.float32)[:, None]
     solver.factorise(upper(matrix), 0)
-    np.testing.assert_allclose(matrix @ solver.solve(right), right, atol=1e-11)
+    # Round-off of values up to 59 times a condition number below 100.
+    np.testing.assert_allclose(matrix @ solver.solve(right), right, rtol=0, atol=1e-11)
 
 
 def test_a_new_matrix_of_the_same_pattern_replaces_the_factors(solver):

@@ -64,12 +64,13 @@ def trace(case: TruthCase, directory: Path, level: str | MeshLevel, command: str
     RunError
         Where the directory holds another run of that name.
     """
-    actuator = Actuator(winding=case.winding, level=level)
+    actuator = Actuator(winding=case.winding, level=level, symmetric=case.symmetric)
     description = {
         "case": case.name,
         "role": case.role,
         "winding": repr(case.winding),
         "mesh": str(level),
+        "symmetric": case.symmetric,
         "loads": [load_record(load) for load in case.loads],
     }
     run = ActuatorRun(directory / case.name, description)

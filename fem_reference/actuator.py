@@ -79,8 +79,8 @@ class Settled:
     base_force, base_moment : reaction at the clamped base, about the origin [N, N m].
     iterations : of Newton's method since the state before.
     residual : largest nodal force left [N].
-    stable : whether it is a minimum of its energy, contact taken as convex or as the last steps tell of it;
-        None where that is not known.
+    stable : whether it is a minimum of its energy: no negative pivot in the stiffness as it is. None where
+        the linear solver does not tell.
     jumped : whether walls lost their balance since the state before, so that this one is on another branch.
     memory : of the path that led here.
     """
@@ -119,12 +119,16 @@ class Actuator:
     bonded : where the cavity is bonded to the rod: in the ``cap``, as in the paper; at the ``tip``, its outer
         face, only; or ``all`` along. Elsewhere it slides without friction and may leave the rod.
     cap_wound : whether the thread goes on over the cap.
+    symmetric : whether the body keeps its plane of symmetry, y = 0, through the middle of chamber 1. That
+        halves the unknowns; geometry, winding and loads must have it too. A state that is ``stable`` is so
+        among those that keep the plane.
     solver : linear solver; by default MKL PARDISO where it is installed.
 
     Raises
     ------
     ValueError
-        For an unknown mesh level or bond, a density that is not positive, and impossible geometry.
+        For an unknown mesh level or bond, a density that is not positive, impossible geometry, and where a
+        plane is to be kept that geometry or winding do not have.
     """
 
     def __init__(
@@ -137,6 +141,7 @@ class Actuator:
         density: float = DENSITY,
         bonded: str = "cap",
         cap_wound: bool = False,
+        symmetric: bool = False,
         solver: SymmetricSolver | None = None,
     ) -> None:
         if not (np.isfinite(density) and density > 0.0):
@@ -152,6 +157,7 @@ class Actuator:
             density=density,
             bonded=bonded,
             cap_wound=cap_wound,
+            symmetric=symmetric,
         )
         self.equations = ActuatorEquations(self.model)
         self._problem = ActuatorProblem(self.equations)
@@ -184,6 +190,8 @@ class Actuator:
 
         Raises
         ------
+        ValueError
+            For a load that has not the plane of symmetry which the body is to keep.
         ActuatorError
             When a load is not reached; the states before have been yielded.
         """
@@ -191,6 +199,8 @@ class Actuator:
         try:
             follower = self._follower(start)
             for load in loads:
+                if self.model.symmetric and not load.in_plane:
+                    raise ValueError(f"symmetric: got {load}, expected the same loads on both sides of y = 0")
                 before = follower.iterations
                 found = follower.follow(load.target())
                 settled = self._settled(found, load.target(), follower.iterations - before, follower)
@@ -223,13 +233,20 @@ class Actuator:
     def _settled(
         self, found: Equilibrium, target: ActuatorTarget, iterations: int, follower: VolumePathFollower
     ) -> Settled:
-        reaction = self.equations.reaction(found.linear, target)
+        linear, excess = found.linear, found.excess_negative
+        if found.convex or excess:
+            # So far with convex contact, which may hold what sways.
+            linear = self._problem.linearise(found.configuration, target)
+            excess = self._solver.factorise(
+                self.equations.pattern.matrix(linear.data), self.equations.pattern.revision
+            )
+        reaction = self.equations.reaction(linear, target)
         return Settled(
             base_force=reaction.sum(axis=0),
-            base_moment=np.cross(found.linear.positions, reaction).sum(axis=0) / _MM,
+            base_moment=np.cross(linear.positions, reaction).sum(axis=0) / _MM,
             iterations=iterations,
             residual=found.residual,
-            stable=None if found.excess_negative is None else found.excess_negative == 0,
+            stable=None if excess is None else excess == 0,
             jumped=follower.jumped,
             memory=follower.memory,
         )
@@ -243,7 +260,6 @@ class Actuator:
         tangents = np.concatenate([shape.rotations[:, :, 2], frame.rotation[None, :, 2]])
         body = np.searchsorted(shape.arc_length, equations.body_length / _MM - 1e-9)
         angle, plane = bending(tangents, shape.positions[body])
-        free = ~equations.contact.bonded
         return ActuatorState(
             load=load,
             tip_position=frame.position / _MM,
@@ -253,7 +269,7 @@ class Actuator:
             chamber_volume=equations.volumes(deformation) / _MM**3,
             shape=shape,
             strain_energy=equations.strain_energy(deformation) / _MM,
-            rod_pressure=float(equations.contact.pressure(x)[free].max(initial=0.0)) * _MPA,
+            rod_pressure=float(equations.contact.pressure(x).max(initial=0.0)) * _MPA,
             thread_tension=float(equations.thread.tension(x).max(initial=0.0)),
             wall_distance=equations.walls.minimum_distance(x) / _MM,
             deformation=deformation,

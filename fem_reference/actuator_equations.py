@@ -14,8 +14,10 @@ import numpy as np
 import scipy.sparse as sparse
 from jaxtyping import Bool, Float, Int
 
+from fem_reference import mirror
 from fem_reference.actuator_load import ActuatorTarget
 from fem_reference.assembly import SparsePattern, scatter
+from fem_reference.axis_bond import AxisBond
 from fem_reference.axis_contact import AxisContact
 from fem_reference.cell_equations import ROD_YOUNG_MODULUS, THREAD
 from fem_reference.chamber import Chamber
@@ -91,6 +93,7 @@ class ActuatorModel:
     bonded : where the cavity is bonded to the rod: ``cap`` (its whole length), ``tip`` (the outer face only)
         or ``all``.
     cap_wound : whether the thread goes on over the cap.
+    symmetric : whether the plane of symmetry y = 0 is kept.
     """
 
     geometry: ActuatorGeometry
@@ -101,6 +104,7 @@ class ActuatorModel:
     density: float
     bonded: str
     cap_wound: bool = False
+    symmetric: bool = False
 
 
 class ActuatorEquations:
@@ -109,6 +113,11 @@ class ActuatorEquations:
     Parameters
     ----------
     model : see there.
+
+    Raises
+    ------
+    ValueError
+        Where the plane of symmetry is to be kept and geometry or winding do not have it.
     """
 
     def __init__(self, model: ActuatorModel) -> None:
@@ -142,44 +151,56 @@ class ActuatorEquations:
         )
         self.rest_positions = np.concatenate([self.mesh.points, self.axis.rest()])
         self.walls = WallContact(self.rest_positions, np.concatenate([c.quads for c in self.chambers]))
-        self.contact = self._axis_contact(radius, length, model.bonded)
+        self.bond, self.contact = self._axis_contact(radius, length, model.bonded)
         face = self.mesh.nodes(TOP)
         self.tip = TipFace(face, self.mesh.nodal_areas(TOP)[face], self.rest_positions)
         #: Mass that each point stands for [tonne].
         self.mass = np.concatenate([density * self.solid.nodal_volumes, self.axis.mass])
-        self._number = self._numbering()
-        self.free = np.flatnonzero(self._number >= 0)
-        self.size = len(self.free)
+        self._number, self._sign = self._numbering(model.symmetric)
+        self.size = int(self._number.max()) + 1
+        free = np.flatnonzero(self._number >= 0)
+        #: Sums components of all points to the unknowns that they go with; transposed, it moves the points.
+        self.fold = sparse.csr_matrix(
+            (self._sign[free], (self._number[free], free)), shape=(self.size, self._number.size)
+        )
         self._bending = self._bending_entries()
         groups = [self._dofs(c) for c in self._connectivities()]
         paddings = [self.thread.padding, *(joints.padding for joints in self.joints)]
         for number, padding in enumerate(paddings, start=THREAD):
             groups[number] = np.where(padding.repeat(3, axis=1), -1, groups[number])
-        self.pattern = SparsePattern(self.size, groups, self._bending[:2])
+        signs = [self._sign[_components(c)] for c in self._connectivities()] if model.symmetric else None
+        self.pattern = SparsePattern(self.size, groups, self._bending[:2], signs)
 
-    def _axis_contact(self, radius: float, length: float, bonded: str) -> AxisContact:
+    def _axis_contact(self, radius: float, length: float, bonded: str) -> tuple[AxisBond, AxisContact]:
+        """The cavity's wall on the rod: bonded nodes, and facets that are not bonded as a whole."""
+        above = {"cap": self.body_length, "tip": length, "all": 0.0}[bonded] - 1e-6
+        height = self.mesh.points[:, 2]
         nodes = self.mesh.nodes(CAVITY)
-        stations = self.mesh.points[nodes, 2]
-        above = {"cap": self.body_length, "tip": length, "all": 0.0}[bonded]
-        return AxisContact(
-            nodes,
-            self.mesh.nodal_areas(CAVITY)[nodes],
-            stations,
-            stations > above - 1e-6,
-            radius,
-            self.basis,
-            self.nodes,
-        )
+        nodes = nodes[height[nodes] > above]
+        areas = self.mesh.nodal_areas(CAVITY)[nodes]
+        bond = AxisBond(nodes, areas, height[nodes], radius, self.basis, self.nodes)
+        facets = self.mesh.facets[CAVITY]
+        free = (height[facets] < above).any(axis=1)
+        values, areas = self.mesh.gauss_points(CAVITY)
+        contact = AxisContact(facets[free], values, areas[free], self.mesh.points, self.basis, self.nodes)
+        return bond, contact
 
-    def _numbering(self) -> Int[np.ndarray, " dofs"]:
-        """Number of each degree of freedom among the free ones, −1 where it is clamped."""
+    def _numbering(self, symmetric: bool) -> tuple[Int[np.ndarray, " dofs"], Float[np.ndarray, " dofs"]]:
+        """Number of each degree of freedom among the unknowns, −1 where it is clamped, and its sign."""
         clamped = np.zeros((len(self.rest_positions), 3), dtype=bool)
         clamped[self.mesh.nodes(BOTTOM)] = True
         clamped[self.nodes] = True
         # The second control point gives the curve its direction at the base.
         clamped[self.nodes + 1, :2] = True
-        free = ~clamped.ravel()
-        return np.where(free, np.cumsum(free) - 1, -1)
+        if not symmetric:
+            free = ~clamped.ravel()
+            return np.where(free, np.cumsum(free) - 1, -1), np.ones(free.size)
+        image = mirror.images(self.rest_positions)
+        if image is None:
+            raise ValueError("symmetric: got a geometry that is not its own mirror image in the plane y = 0")
+        if mirror.images(self.thread.points(self.rest_positions)) is None:
+            raise ValueError("symmetric: got a winding that is not its own mirror image in the plane y = 0")
+        return mirror.numbering(clamped, image)
 
     @property
     def clamped(self) -> Bool[np.ndarray, "points 3"]:
@@ -187,9 +208,7 @@ class ActuatorEquations:
         return (self._number < 0).reshape(-1, 3)
 
     def _dofs(self, connectivity: Int[np.ndarray, "blocks points"]) -> Int[np.ndarray, "blocks dofs"]:
-        full = 3 * connectivity[:, :, None] + np.arange(3)
-        full = full.reshape(len(connectivity), 3 * connectivity.shape[1])
-        return self._number[full]
+        return self._number[_components(connectivity)]
 
     def _connectivities(self) -> list[np.ndarray]:
         return [
@@ -198,6 +217,7 @@ class ActuatorEquations:
             *(joints.connectivity for joints in self.joints),
             *(patch.connectivity for c in self.chambers for patch in c.patches),
             self.nodes + self.axis.connectivity,
+            self.bond.connectivity,
             self.contact.connectivity,
         ]
 
@@ -225,6 +245,7 @@ class ActuatorEquations:
             + self.thread.energy(x)
             + sum(joints.energy(x) for joints in self.joints)
             + self.axis.energy(x[self.nodes :])
+            + self.bond.energy(x)
             + self.contact.energy(x)
             + self.walls.energy(x)
         )
@@ -263,7 +284,7 @@ class ActuatorEquations:
         parts = [solid[:2], thread[:2], *(joints.response(x) for joints in self.joints)]
         for p, chamber in zip(target.pressure, self.chambers, strict=True):
             parts += [(-p * patch.gradient(x), -p * patch.hessian(x)) for patch in chamber.patches]
-        parts += [axis[:2], self.contact.response(x)]
+        parts += [axis[:2], self.bond.response(x), self.contact.response(x)]
 
         force = np.zeros_like(x)
         force[self.nodes :] = self.axis.bending @ controls
@@ -283,7 +304,7 @@ class ActuatorEquations:
 
         load, columns, rows = self._load(x, target)
         return ActuatorLinearisation(
-            residual=(force - load).ravel()[self.free],
+            residual=self.fold @ (force - load).ravel(),
             data=data,
             walls_touch=walls is not None,
             pairs=None if walls is None else walls[2],
@@ -317,7 +338,7 @@ class ActuatorEquations:
         parts += [joints.force(x) for joints in self.joints]
         for p, chamber in zip(target.pressure, self.chambers, strict=True):
             parts += [-p * patch.gradient(x) for patch in chamber.patches]
-        parts += [self.axis.force(controls), self.contact.force(x)]
+        parts += [self.axis.force(controls), self.bond.force(x), self.contact.force(x)]
         force = np.zeros_like(x) if walls is None else walls
         force[self.nodes :] += self.axis.bending @ controls
         for points, local in zip(self._connectivities(), parts, strict=True):
@@ -325,7 +346,7 @@ class ActuatorEquations:
         load, *_ = self._load(x, target)
         return replace(
             linear,
-            residual=(force - load).ravel()[self.free],
+            residual=self.fold @ (force - load).ravel(),
             walls_touch=walls is not None,
             positions=x,
             force=force,
@@ -353,7 +374,8 @@ class ActuatorEquations:
         full = hessian.tocoo()
         rows, columns = self._number[full.row], self._number[full.col]
         keep = (rows >= 0) & (rows <= columns)
-        return rows[keep], columns[keep], full.data[keep]
+        signs = self._sign[full.row[keep]] * self._sign[full.col[keep]]
+        return rows[keep], columns[keep], signs * full.data[keep]
 
     def _load(
         self, x: Float[np.ndarray, "points 3"], target: ActuatorTarget
@@ -369,7 +391,7 @@ class ActuatorEquations:
         columns, rows = np.zeros((*x.shape, 3)), np.zeros((3, *x.shape))
         columns[self.tip.nodes] = self.tip.stiffness_columns(frame, *resultant, target.follower)
         rows[:, self.tip.nodes] = self.tip.rotation_rows(frame)
-        return load, columns.reshape(-1, 3)[self.free], rows.reshape(3, -1)[:, self.free]
+        return load, self.fold @ columns.reshape(-1, 3), (self.fold @ rows.reshape(3, -1).T).T
 
     def advance(
         self,
@@ -391,6 +413,12 @@ class ActuatorEquations:
             segment_tension=at.segment_tension + fraction * (tension - at.segment_tension),
             axis_tension=at.axis_tension + fraction * (axial - at.axis_tension),
         )
+
+
+def _components(connectivity: Int[np.ndarray, "blocks points"]) -> Int[np.ndarray, "blocks dofs"]:
+    """Of each block's points, all three components, counted among those of all points."""
+    all_three = 3 * connectivity[:, :, None] + np.arange(3)
+    return all_three.reshape(len(connectivity), 3 * connectivity.shape[1])
 
 
 def _contract(gradient: np.ndarray, local: np.ndarray) -> np.ndarray:

@@ -84,6 +84,13 @@ class ActuatorLoad:
         for name, unit in (("tip_force", "N"), ("tip_moment", "N m"), ("gravity", "m/s²")):
             as_vector(name, getattr(self, name), unit)
 
+    @property
+    def in_plane(self) -> bool:
+        """Whether the load is its own mirror image in the plane y = 0."""
+        _, second, third = self.pressure
+        across = (self.tip_force[1], self.gravity[1], self.tip_moment[0], self.tip_moment[2])
+        return second == third and not any(across)
+
     def target(self) -> ActuatorTarget:
         """The load in N, mm and MPa."""
         return ActuatorTarget(

@@ -124,9 +124,7 @@ class ActuatorProblem(Problem):
 
     def step(self, free: Float[np.ndarray, " q"], linear: ActuatorLinearisation) -> ActuatorStep:
         """A step from the displacements of what is free."""
-        positions = np.zeros_like(linear.positions)
-        positions.ravel()[self.equations.free] = free
-        return ActuatorStep(positions)
+        return ActuatorStep((self.equations.fold.T @ free).reshape(-1, 3))
 
     def size(self, step: ActuatorStep, linear: ActuatorLinearisation) -> float:
         """Root-mean-square displacement in a step [mm]."""

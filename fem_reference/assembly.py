@@ -19,6 +19,7 @@ class SparsePattern:
     groups : degrees of freedom of each group's local matrices, (blocks, local size); −1 for those held or
         without a part in it.
     entries : rows and columns of further entries.
+    signs : by which each group's degrees of freedom go with the unknowns that they are numbered by.
     """
 
     def __init__(
@@ -26,18 +27,23 @@ class SparsePattern:
         size: int,
         groups: list[Int[np.ndarray, "_ _"]],
         entries: tuple[Int[np.ndarray, " n"], Int[np.ndarray, " n"]],
+        signs: list[Float[np.ndarray, "_ _"]] | None = None,
     ) -> None:
         self.size = size
         #: Names this pattern among all, so that a solver knows when to analyse anew.
         self.revision = next(_REVISIONS)
-        local_keys, chosen_of, sizes = [], [], []
-        for dofs in groups:
+        local_keys, chosen_of, sizes, weights = [], [], [], []
+        for k, dofs in enumerate(groups):
             local = dofs.shape[1]
             rows = np.repeat(dofs, local, axis=1).ravel()
             columns = np.tile(dofs, (1, local)).ravel()
             chosen = np.flatnonzero((rows >= 0) & (rows <= columns))
             chosen_of.append(chosen)
             sizes.append(rows.size)
+            weight = np.ones(len(chosen))
+            if signs is not None:
+                weight = (signs[k][:, :, None] * signs[k][:, None, :]).ravel()[chosen]
+            weights.append(weight)
             local_keys.append(rows[chosen] * np.int64(size) + columns[chosen])
         rows, columns = entries
         diagonal = np.arange(size, dtype=np.int64) * (size + 1)
@@ -48,8 +54,8 @@ class SparsePattern:
         merged = [np.unique(np.searchsorted(keys, k), return_inverse=True) for k in local_keys]
         self._places = [places for places, _ in merged]
         self._sums = [
-            sparse.csc_matrix((np.ones(len(inverse)), (inverse, chosen)), shape=(len(places), size))
-            for (places, inverse), chosen, size in zip(merged, chosen_of, sizes, strict=True)
+            sparse.csc_matrix((weight, (inverse, chosen)), shape=(len(places), size))
+            for (places, inverse), weight, chosen, size in zip(merged, weights, chosen_of, sizes, strict=True)
         ]
         self._own = keys, self._places
         self._set(keys)

@@ -1,9 +1,9 @@
 """What Newton's method does where the stiffness is not the branch's: other matrices, and longer steps.
 
 A matrix with more negative eigenvalues than the branch of equilibria has leads to a saddle or round in
-circles. Contact is then made convex, and where that is not enough the silicone viscous. Steps with such a
-matrix are too short along what is soft: there they come to be alike, each a fixed multiple q of the one
-before, shrinking towards a minimum or growing away from a saddle.
+circles. Contact is then made convex, by as small a share as will do, and where that is not enough the
+silicone viscous. Steps with such a matrix are too short along what is soft: there they come to be alike, each
+a fixed multiple q of the one before, shrinking towards a minimum or growing away from a saddle.
 """
 
 import logging
@@ -29,6 +29,9 @@ _FIRST_RATE, _RATE_FACTOR, _LAST_RATE = 0.2, 4.0, 10.0
 # much the last is then lengthened at most, and to what displacement [mm].
 _ALIKE, _SLOWEST, _FASTEST, _ROW = 0.95, 0.7, 1.6, 2
 _FARTHEST, _LONGEST = 8.0, 0.3
+# Shares of convex contact that are tried in turn: the rod's roundness is tens of times the stiffness of what
+# sways around it, and steps without any of it are as much too short.
+_SHARES = (0.25, 0.5, 1.0)
 
 
 class Damping:
@@ -48,6 +51,7 @@ class Damping:
         self._most = _MOST_EXACT if problem.exact else _MOST
         self._rate = _FIRST_RATE
         self._steps = 0
+        self._shares: tuple[float, ...] = _SHARES[-1:] if problem.exact else _SHARES
 
     def factorise(self, at: Any, linear: Any, first: bool) -> None:
         """Leave the factors of such a matrix in the solver, or raise an `UnstableError`.
@@ -59,10 +63,18 @@ class Damping:
         if self._steps > self._most:
             raise UnstableError(f"no equilibrium after {self._most} steps with another stiffness")
         problem = self._problem
-        data = problem.convex_contact(linear)
-        excess = self._excess(data, linear)
-        if excess <= (_MOST_FIRST if first and not problem.exact else 0):
-            return
+        convex = problem.convex_contact(linear)
+        while True:
+            share, *rest = self._shares
+            data = share * convex + (1.0 - share) * linear.data
+            excess = self._excess(data, linear)
+            _LOG.debug("%.2g of contact convex: %d negative pivots", share, excess)
+            if excess <= (_MOST_FIRST if first and not rest and not problem.exact else 0):
+                return
+            if not rest:
+                break
+            # What was too little stays so as long as steps do not leave the place.
+            self._shares = tuple(rest)
         self._left -= 1
         if self._left >= 0:
             resistance = problem.viscous(at, 1.0)

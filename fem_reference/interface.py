@@ -26,8 +26,8 @@ INSIDE_SHARE = 0.5
 
 
 def barrier(
-    d: Float[np.ndarray, " contacts"],
-) -> tuple[Float[np.ndarray, " contacts"], Float[np.ndarray, " contacts"], Float[np.ndarray, " contacts"]]:
+    d: Float[np.ndarray, "*contacts"],
+) -> tuple[Float[np.ndarray, "*contacts"], Float[np.ndarray, "*contacts"], Float[np.ndarray, "*contacts"]]:
     """b(d), b'(d), b''(d) per area [N/mm, MPa, MPa/mm]; zero where d ≥ d̂."""
     t = np.minimum(d / ACTIVATION, 1.0)
     # As far as the barrier's own law goes, and how much farther in.

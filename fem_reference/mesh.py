@@ -86,6 +86,15 @@ class BodyMesh:
         On flat facets the shares have the boundary's area and centre exactly.
         """
         facets = self.facets[boundary]
+        values, areas = self.gauss_points(boundary)
+        shares = areas @ values
+        return np.bincount(facets.ravel(), weights=shares.ravel(), minlength=len(self.points))
+
+    def gauss_points(
+        self, boundary: str
+    ) -> tuple[Float[np.ndarray, "gauss own"], Float[np.ndarray, "facets gauss"]]:
+        """Gauss points of a boundary's facets: functions of a facet's nodes there, and areas [mm²]."""
+        facets = self.facets[boundary]
         point, weight = np.polynomial.legendre.leggauss(self.order + 1)
         across, along = np.meshgrid(0.5 + 0.5 * point, 0.5 + 0.5 * point, indexing="ij")
         # A facet's functions are those of an element's first nodes, on its face ζ = 0.
@@ -93,9 +102,8 @@ class BodyMesh:
         values, slopes = reference_element(self.order).evaluate(local)
         own = facets.shape[1]
         tangents = np.einsum("qaj,fai->jfqi", slopes[:, :own, :2], self.points[facets])
-        density = np.linalg.norm(np.cross(*tangents), axis=-1) * np.outer(weight, weight).ravel() / 4.0
-        shares = density @ values[:, :own]
-        return np.bincount(facets.ravel(), weights=shares.ravel(), minlength=len(self.points))
+        areas = np.linalg.norm(np.cross(*tangents), axis=-1) * np.outer(weight, weight).ravel() / 4.0
+        return values[:, :own], areas
 
 
 def body_mesh(geometry: ActuatorGeometry, length: float, level: MeshLevel) -> BodyMesh:

@@ -2,16 +2,17 @@
 
 The silicone of the section is cut into 21 four-sided blocks (inner wall, partitions, and the outer wall in
 two layers that meet on the winding's cylinder), each meshed transfinitely. For the cap the three chambers are
-filled too, with unstructured quadrilaterals, as the arcs inside and outside differ in their counts. Lengths
-in this file are millimetres.
+filled too, by quadrilaterals without structure. Lengths in this file are millimetres.
 """
 
+import itertools
 import math
 from dataclasses import dataclass
 
 import gmsh
 import numpy as np
 from jaxtyping import Float, Int
+from scipy.spatial import cKDTree
 
 from fem_reference.geometry import ActuatorGeometry
 
@@ -108,22 +109,23 @@ def mesh_section(geometry: ActuatorGeometry, level: MeshLevel, filled: bool = Fa
     gmsh.initialize(interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
-        gmsh.option.setNumber("Mesh.Algorithm", 6)
-        gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 2)
         gmsh.model.add("section")
-        surfaces, filling, curves = _blocks(geometry, level, filled)
-        gmsh.model.geo.synchronize()
-        gmsh.model.mesh.generate(2)
-        gmsh.model.mesh.setOrder(level.order)
-        return _read(surfaces, filling, curves, level.order)
+        surfaces, curves = _blocks(geometry, level)
+        _generate(level)
+        section = _read(surfaces, curves, level.order)
+        return _filled(section, geometry, level) if filled else section
     finally:
         gmsh.finalize()
 
 
-def _blocks(
-    geometry: ActuatorGeometry, level: MeshLevel, filled: bool
-) -> tuple[list[int], list[list[int]], dict[str, list[int]]]:
-    """Build the blocks: surfaces of the silicone and of each chamber, and the curves of each boundary."""
+def _generate(level: MeshLevel) -> None:
+    gmsh.model.geo.synchronize()
+    gmsh.model.mesh.generate(2)
+    gmsh.model.mesh.setOrder(level.order)
+
+
+def _blocks(geometry: ActuatorGeometry, level: MeshLevel) -> tuple[list[int], dict[str, list[int]]]:
+    """Build the blocks: surfaces of the silicone, and the curves of each boundary."""
     geo = gmsh.model.geo
     inner, rest = geometry.chamber_inner_radius, geometry.chamber_outer_radius
     # Of each ring, the radius at each chamber, and that at which the partitions' sides cut it.
@@ -191,12 +193,11 @@ def _blocks(
                 continue
             surfaces.append(_block(ring_arcs, ring_spokes, ring, i))
             geo.mesh.setTransfiniteSurface(surfaces[-1])
-    filling = [[_block(ring_arcs, ring_spokes, 1, 2 * k)] if filled else [] for k in range(3)]
     curves = {CAVITY: ring_arcs[0], OUTER: ring_arcs[4]}
     for k, name in enumerate(CHAMBERS):
         sides = ring_spokes[1][2 * k : 2 * k + 2]
         curves[name] = [ring_arcs[1][2 * k], ring_arcs[2][2 * k], *sides]
-    return surfaces, filling, curves
+    return surfaces, curves
 
 
 def _block(arcs: list[list[int]], spokes: list[list[int]], ring: int, i: int) -> int:
@@ -212,24 +213,104 @@ def _block(arcs: list[list[int]], spokes: list[list[int]], ring: int, i: int) ->
 _QUAD, _LINE = {1: 3, 2: 10}, {1: 1, 2: 8}
 _QUAD_NODES = {1: [0, 1, 3, 2], 2: [0, 4, 1, 7, 8, 5, 3, 6, 2]}
 _LINE_NODES = {1: [0, 1], 2: [0, 2, 1]}
+# gmsh's ways to make quadrilaterals, of which the first wants even counts; and the triangles before them.
+_FULL_QUAD, _BLOSSOM = 2, 1
+_ALGORITHMS = (6, 5, 8, 11)
+# Distance below which nodes of two meshes are one [mm].
+_SAME = 1e-6
 
 
-def _read(surfaces: list[int], filling: list[list[int]], curves: dict[str, list[int]], order: int) -> Section:
-    """Take nodes, quadrilaterals and boundary edges over from gmsh."""
+def _read(surfaces: list[int], curves: dict[str, list[int]], order: int) -> Section:
+    """Take nodes, quadrilaterals and boundary edges over from gmsh; chambers are not filled yet."""
     types, *_ = gmsh.model.mesh.getElements(dim=2)
     if list(types) != [_QUAD[order]]:
         raise RuntimeError(f"gmsh made element types {list(types)}; expected quadrilaterals only")
-    quads = [_elements(_QUAD[order], _QUAD_NODES[order], group) for group in (surfaces, *filling)]
-    used = np.unique(np.concatenate(quads))
+    quads = _elements(_QUAD[order], _QUAD_NODES[order], surfaces)
+    used = np.unique(quads)
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     where = np.full(int(tags.max()) + 1, -1)
     where[used] = np.arange(used.size)
     points = np.empty((used.size, 2))
     keep = where[tags.astype(int)] >= 0
     points[where[tags.astype(int)[keep]]] = coordinates.reshape(-1, 3)[keep, :2]
-    oriented = [_counter_clockwise(where[q], points, order) for q in quads]
     edges = {name: where[_elements(_LINE[order], _LINE_NODES[order], tags)] for name, tags in curves.items()}
-    return Section(points, oriented[0], tuple(oriented[1:]), edges)
+    empty = np.empty((0, quads.shape[1]), int)
+    return Section(points, _counter_clockwise(where[quads], points, order), (empty,) * 3, edges)
+
+
+def _filled(section: Section, geometry: ActuatorGeometry, level: MeshLevel) -> Section:
+    """The section with its chambers filled, each alike on both sides of its middle and as the others.
+
+    Quadrilaterals without structure, as the arcs inside and outside differ in their counts. gmsh makes half a
+    chamber of each size; the rest are its images, so that the mesh has the planes of symmetry that the body
+    has.
+    """
+    halves = {radius: _half_chamber(geometry, radius, level) for radius in set(geometry.chamber_outer_radii)}
+    points, filling = section.points, []
+    for k, radius in enumerate(geometry.chamber_outer_radii):
+        half, quads = halves[radius]
+        azimuth = 2.0 * math.pi / 3.0 * k
+        turn = np.array([[math.cos(azimuth), -math.sin(azimuth)], [math.sin(azimuth), math.cos(azimuth)]])
+        images = [half @ turn.T, half * [1.0, -1.0] @ turn.T]
+        parts = []
+        for image in images:
+            distance, nearest = cKDTree(points).query(image)
+            new = distance > _SAME
+            where = np.where(new, len(points) - 1 + np.cumsum(new), nearest)
+            points = np.vstack([points, image[new]])
+            parts.append(where[quads])
+        filling.append(_counter_clockwise(np.concatenate(parts), points, level.order))
+    return Section(points, section.quads, tuple(filling), section.edges)
+
+
+def _half_chamber(
+    geometry: ActuatorGeometry, radius: float, level: MeshLevel
+) -> tuple[Float[np.ndarray, "nodes 2"], Int[np.ndarray, "quads _"]]:
+    """Half a chamber, y ≥ 0, at azimuth 0: nodes, and quadrilaterals with as many along its sides as outside.
+
+    gmsh's ways leave triangles now and then, each at other counts.
+    """
+    sides = level.inner_arc // 2, level.partition_along, level.outer_arc // 2
+    # Quadrilaterals fill what has an even number of edges.
+    even = level.partition_along + sum(sides) % 2
+    for middle, recombination, algorithm in itertools.product(
+        (even, even + 2, max(1, even - 2), even + 4), (_FULL_QUAD, _BLOSSOM), _ALGORITHMS
+    ):
+        if recombination == _FULL_QUAD and any(count % 2 for count in (*sides, middle)):
+            continue
+        gmsh.option.setNumber("Mesh.RecombinationAlgorithm", recombination)
+        gmsh.option.setNumber("Mesh.Algorithm", algorithm)
+        _half_block(geometry, radius, (*sides, middle))
+        _generate(level)
+        if list(gmsh.model.mesh.getElements(dim=2)[0]) == [_QUAD[level.order]]:
+            half = _read([entity for _, entity in gmsh.model.getEntities(2)], {}, level.order)
+            return half.points, half.quads
+    raise RuntimeError(f"gmsh did not fill half a chamber with quadrilaterals, {sides} along its sides")
+
+
+def _half_block(geometry: ActuatorGeometry, radius: float, counts: tuple[int, int, int, int]) -> None:
+    """The half as a model of its own, with counts of edges inside, at the side, outside and in the middle."""
+    gmsh.model.add("half chamber")
+    geo, inner = gmsh.model.geo, geometry.chamber_inner_radius
+    centre = geo.addPoint(0.0, 0.0, 0.0)
+    low, low_side, high_side, high = (
+        geo.addPoint(MILLIMETRE * r * math.cos(azimuth), MILLIMETRE * r * math.sin(azimuth), 0.0)
+        for r, azimuth in (
+            (inner, 0.0),
+            (inner, geometry.chamber_half_angle(inner)),
+            (radius, geometry.chamber_half_angle(radius)),
+            (radius, 0.0),
+        )
+    )
+    loop = [
+        geo.addCircleArc(low, centre, low_side),
+        geo.addLine(low_side, high_side),
+        geo.addCircleArc(high_side, centre, high),
+        geo.addLine(high, low),
+    ]
+    for curve, count in zip(loop, counts, strict=True):
+        geo.mesh.setTransfiniteCurve(curve, count + 1)
+    geo.mesh.setRecombine(2, geo.addPlaneSurface([geo.addCurveLoop(loop)]))
 
 
 def _elements(kind: int, order: list[int], entities: list[int]) -> Int[np.ndarray, "_ _"]:

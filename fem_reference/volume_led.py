@@ -166,7 +166,7 @@ class VolumeLed(Problem):
             if weight != 0.0:
                 for patch in chamber.patches:
                     gradient += scatter(patch.connectivity, weight * patch.gradient(x), len(x))
-        return gradient.ravel()[equations.free]
+        return equations.fold @ gradient.ravel()
 
     def compliance(self, solver: SymmetricSolver, linear: FilledLinearisation) -> tuple[np.ndarray, float]:
         """∂x/∂π and ∂v/∂π by the factors that ``solver`` holds."""

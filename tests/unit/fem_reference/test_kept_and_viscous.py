@@ -62,7 +62,7 @@ def actuator(level) -> Case:
     move = np.where(free, 5e-4 * rng.uniform(-1.0, 1.0, widened.shape), 0.0)
     at, moved = (dataclasses.replace(at, positions=x) for x in (start, start + move))
     load = ActuatorLoad((9e3, 4e3, 2e3), tip_force=(0.01, 0.0, 0.02), gravity=(1.0, 2.0, -9.81))
-    return Case(ActuatorProblem(equations), load.target(), at, moved, move.ravel()[equations.free])
+    return Case(ActuatorProblem(equations), load.target(), at, moved, equations.fold @ move.ravel())
 
 
 CASES: dict[str, Callable[[], Case]] = {

@@ -79,8 +79,8 @@ class Settled:
     base_force, base_moment : reaction at the clamped base, about the origin [N, N m].
     iterations : of Newton's method since the state before.
     residual : largest nodal force left [N].
-    stable : whether it is a minimum of its energy: no negative pivot in the stiffness as it is. None where
-        the linear solver does not tell.
+    stable : whether it is a minimum of its energy: no negative pivot in the stiffness, in which contact of
+        walls is taken as convex. None where the linear solver does not tell.
     jumped : whether walls lost their balance since the state before, so that this one is on another branch.
     memory : of the path that led here.
     """
@@ -199,8 +199,7 @@ class Actuator:
         try:
             follower = self._follower(start)
             for load in loads:
-                if self.model.symmetric and not load.in_plane:
-                    raise ValueError(f"symmetric: got {load}, expected the same loads on both sides of y = 0")
+                self.refuse(load)
                 before = follower.iterations
                 found = follower.follow(load.target())
                 settled = self._settled(found, load.target(), follower.iterations - before, follower)
@@ -212,6 +211,11 @@ class Actuator:
             raise ActuatorError(
                 f"the actuator did not converge: {error}", self._last(error, follower)
             ) from error
+
+    def refuse(self, load: ActuatorLoad) -> None:
+        """Raise a ValueError for a load without the plane of symmetry that the body is to keep."""
+        if self.model.symmetric and not load.in_plane:
+            raise ValueError(f"symmetric: got {load}, expected the same loads on both sides of y = 0")
 
     def _follower(self, start: ActuatorState | None) -> VolumePathFollower:
         if start is None:
@@ -235,11 +239,12 @@ class Actuator:
     ) -> Settled:
         linear, excess = found.linear, found.excess_negative
         if found.convex or excess:
-            # So far with convex contact, which may hold what sways.
+            # Contact without the rod's roundness may hold what sways around it. Pairs of walls in contact
+            # have negative pivots of their own, as nodes slide off edges.
             linear = self._problem.linearise(found.configuration, target)
-            excess = self._solver.factorise(
-                self.equations.pattern.matrix(linear.data), self.equations.pattern.revision
-            )
+            pattern = self.equations.pattern
+            data = self.equations.convex_walls(linear)
+            excess = self._solver.factorise(pattern.matrix(data), pattern.revision)
         reaction = self.equations.reaction(linear, target)
         return Settled(
             base_force=reaction.sum(axis=0),

@@ -197,9 +197,13 @@ class ActuatorEquations:
             return np.where(free, np.cumsum(free) - 1, -1), np.ones(free.size)
         image = mirror.images(self.rest_positions)
         if image is None:
-            raise ValueError("symmetric: got a geometry that is not its own mirror image in the plane y = 0")
+            raise ValueError(
+                "symmetric: got a geometry without it, expected its own mirror image in the plane y = 0"
+            )
         if mirror.images(self.thread.points(self.rest_positions)) is None:
-            raise ValueError("symmetric: got a winding that is not its own mirror image in the plane y = 0")
+            raise ValueError(
+                "symmetric: got a winding without it, expected its own mirror image in the plane y = 0"
+            )
         return mirror.numbering(clamped, image)
 
     @property
@@ -362,8 +366,14 @@ class ActuatorEquations:
 
     def convex_contact(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
         """The stiffness' data with convex contact: of walls pair by pair, of the rod without roundness."""
+        data = self.convex_walls(linear)
+        roundness = self.contact.concave_part(linear.positions)
+        self.pattern.add_group(data, len(self._connectivities()) - 1, -roundness)
+        return data
+
+    def convex_walls(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
+        """The stiffness' data with contact of walls made convex pair by pair."""
         x, data = linear.positions, linear.data.copy()
-        self.pattern.add_group(data, len(self._connectivities()) - 1, -self.contact.concave_part(x))
         response = self.walls.response(x)
         if response is not None:
             change = self.walls.convex_hessian(x) - response[1]

@@ -56,6 +56,11 @@ def add_command(commands: Any) -> None:
         metavar="S",
         help="of the thread's stiffness, what it has in compression; 1e-4 for a yarn (default: 1)",
     )
+    add(
+        "--symmetric",
+        action="store_true",
+        help="keep the plane of symmetry through chamber 1: half the unknowns, for loads that have it too",
+    )
     add("--run", metavar="DIR", help="keep every load step there; go on from the last one if it was killed")
     add("--json", action="store_true", help="print one JSON object and nothing else")
     add(
@@ -83,7 +88,9 @@ def _actuator(options: argparse.Namespace) -> int:
             thread=Thread(slack_share=numbers("--slack-share", options.slack_share, 1, "-")[0]),
             density=density,
             bonded=options.bonded,
+            symmetric=options.symmetric,
         )
+        actuator.refuse(loads[-1])
         states = actuator.follow(loads)
         if options.run is not None:
             states = ActuatorRun(options.run, _description(actuator, loads)).states(actuator, loads)

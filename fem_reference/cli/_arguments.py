@@ -118,6 +118,7 @@ def with_flags(message: str) -> str:
         "run": "--run",
         "outer_wall_variation": "--outer-wall-variation",
         "slack_share": "--slack-share",
+        "symmetric": "--symmetric",
     }
     name, _, rest = message.partition(":")
     return f"{flags.get(name, name)}:{rest}"

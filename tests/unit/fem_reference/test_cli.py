@@ -117,6 +117,26 @@ def test_an_impossible_thread_is_refused_by_its_flag(share, came, capsys):
     assert f"--slack-share: got {came}" in told
 
 
+@pytest.mark.parametrize(
+    ("arguments", "came"),
+    [
+        (["--pressure-kpa", "0", "1", "0"], "pressure=(0.0, 1000.0, 0.0)"),
+        (["--pressure-kpa", "1", "0", "0", "--psi-deg", "30"], "a winding without it"),
+        (
+            ["--pressure-kpa", "1", "0", "0", "--outer-wall-variation", "0", "0.1", "0"],
+            "a geometry without it",
+        ),
+    ],
+)
+def test_a_plane_of_symmetry_that_is_not_there_is_refused(arguments, came, capsys, monkeypatch):
+    monkeypatch.setitem(LEVELS, "coarse", TINY)
+    assert main(["actuator", *arguments, "--symmetric"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("rodmodel-fem: --symmetric: got ")
+    assert came in line
+    assert "expected" in line
+
+
 def test_the_actuator_writes_every_load_step_as_a_series(tmp_path, capsys, monkeypatch):
     """On a short body of few elements, which the command's flags do not offer."""
     short = ActuatorGeometry(body_length=3e-3, cap_length=2e-3)

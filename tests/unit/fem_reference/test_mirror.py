@@ -88,10 +88,10 @@ def test_windings_with_the_plane_are_taken(winding):
 
 
 def test_what_has_not_the_plane_is_refused_by_name():
-    with pytest.raises(ValueError, match="symmetric: got a winding that is not"):
+    with pytest.raises(ValueError, match="symmetric: got a winding without it, expected"):
         Actuator(SHORT, DoubleHelix(psi=0.5), TINY, symmetric=True)
     thicker = ActuatorGeometry(body_length=9e-3, cap_length=3e-3, outer_wall_variation=(0.0, 0.1, 0.0))
-    with pytest.raises(ValueError, match="symmetric: got a geometry that is not"):
+    with pytest.raises(ValueError, match="symmetric: got a geometry without it, expected"):
         Actuator(thicker, level=TINY, symmetric=True)
     actuator = Actuator(SHORT, level=TINY, symmetric=True)
     for load in (

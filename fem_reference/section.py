@@ -99,7 +99,8 @@ def mesh_section(geometry: ActuatorGeometry, level: MeshLevel, filled: bool = Fa
     Raises
     ------
     ValueError
-        For a filling of chambers with an odd count along a side, which quadrilaterals cannot fill.
+        For a filling of chambers with an odd count along a side, which quadrilaterals cannot fill, or with
+        counts that gmsh cannot.
     """
     for name in ("inner_arc", "outer_arc", "partition_along"):
         if filled and getattr(level, name) % 2:
@@ -215,7 +216,7 @@ _QUAD_NODES = {1: [0, 1, 3, 2], 2: [0, 4, 1, 7, 8, 5, 3, 6, 2]}
 _LINE_NODES = {1: [0, 1], 2: [0, 2, 1]}
 # gmsh's ways to make quadrilaterals, of which the first wants even counts; and the triangles before them.
 _FULL_QUAD, _BLOSSOM = 2, 1
-_ALGORITHMS = (6, 5, 8, 11)
+_ALGORITHMS = (6, 5, 1)
 # Distance below which nodes of two meshes are one [mm].
 _SAME = 1e-6
 
@@ -268,7 +269,7 @@ def _half_chamber(
 ) -> tuple[Float[np.ndarray, "nodes 2"], Int[np.ndarray, "quads _"]]:
     """Half a chamber, y ≥ 0, at azimuth 0: nodes, and quadrilaterals with as many along its sides as outside.
 
-    gmsh's ways leave triangles now and then, each at other counts.
+    gmsh's ways now and then leave triangles or cut edges of the sides, each at other counts.
     """
     sides = level.inner_arc // 2, level.partition_along, level.outer_arc // 2
     # Quadrilaterals fill what has an even number of edges.
@@ -280,16 +281,24 @@ def _half_chamber(
             continue
         gmsh.option.setNumber("Mesh.RecombinationAlgorithm", recombination)
         gmsh.option.setNumber("Mesh.Algorithm", algorithm)
-        _half_block(geometry, radius, (*sides, middle))
+        counts = (*sides, middle)
+        curves = _half_block(geometry, radius, counts)
         _generate(level)
-        if list(gmsh.model.mesh.getElements(dim=2)[0]) == [_QUAD[level.order]]:
+        edges = [len(_elements(_LINE[level.order], _LINE_NODES[level.order], [curve])) for curve in curves]
+        if edges == list(counts) and list(gmsh.model.mesh.getElements(dim=2)[0]) == [_QUAD[level.order]]:
             half = _read([entity for _, entity in gmsh.model.getEntities(2)], {}, level.order)
             return half.points, half.quads
-    raise RuntimeError(f"gmsh did not fill half a chamber with quadrilaterals, {sides} along its sides")
+    raise ValueError(
+        f"elements: got {sides} along the sides of half a chamber, which gmsh cannot fill with "
+        "quadrilaterals; expected others"
+    )
 
 
-def _half_block(geometry: ActuatorGeometry, radius: float, counts: tuple[int, int, int, int]) -> None:
-    """The half as a model of its own, with counts of edges inside, at the side, outside and in the middle."""
+def _half_block(geometry: ActuatorGeometry, radius: float, counts: tuple[int, int, int, int]) -> list[int]:
+    """The half as a model of its own; its curves inside, at the side, outside and in the middle.
+
+    They are to have these counts of edges.
+    """
     gmsh.model.add("half chamber")
     geo, inner = gmsh.model.geo, geometry.chamber_inner_radius
     centre = geo.addPoint(0.0, 0.0, 0.0)
@@ -311,6 +320,7 @@ def _half_block(geometry: ActuatorGeometry, radius: float, counts: tuple[int, in
     for curve, count in zip(loop, counts, strict=True):
         geo.mesh.setTransfiniteCurve(curve, count + 1)
     geo.mesh.setRecombine(2, geo.addPlaneSurface([geo.addCurveLoop(loop)]))
+    return loop
 
 
 def _elements(kind: int, order: list[int], entities: list[int]) -> Int[np.ndarray, "_ _"]:

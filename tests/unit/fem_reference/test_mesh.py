@@ -4,13 +4,14 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from fem_reference import ActuatorGeometry, Ogden
 from fem_reference.helical import HelicalFrame, HelicalMap
 from fem_reference.mesh import BOTTOM, TOP, BodyMesh, actuator_mesh, body_mesh
 from fem_reference.reference_element import reference_element
 from fem_reference.screw import screw_series
-from fem_reference.section import CAVITY, CHAMBERS, OUTER, MeshLevel
+from fem_reference.section import CAVITY, CHAMBERS, LEVELS, OUTER, MeshLevel, mesh_section
 from fem_reference.solid import SolidElements
 from tests.fem_fixtures import TINY, element_faces, tiny_equations
 
@@ -140,6 +141,47 @@ def test_the_cap_is_solid_but_for_the_cavity(order):
         np.testing.assert_allclose(mesh.points[flat, 2], 3.0, atol=1e-9)
         ceilings += BodyMesh(mesh.points, mesh.elements, {name: flat}).nodal_areas(name).sum()
     assert top == pytest.approx(bottom + ceilings, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", LEVELS)
+def test_the_capped_mesh_has_the_symmetries_of_the_body(name):
+    """Turns by 120° and the mirror through chamber 1, of the filled chambers too; nothing is folded."""
+    mesh = actuator_mesh(ActuatorGeometry(body_length=2e-3, cap_length=1e-3), LEVELS[name])
+    cos, sin = np.cos(2.0 * np.pi / 3.0), np.sin(2.0 * np.pi / 3.0)
+    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    for motion in (turn, np.diag([1.0, -1.0, 1.0])):
+        distance, image = cKDTree(mesh.points).query(mesh.points @ motion.T)
+        # gmsh's arcs are accurate to 3e-8 mm.
+        assert distance.max() < 1e-6
+        elements = [np.sort(e, axis=1) for e in (mesh.elements, image[mesh.elements])]
+        first, second = (e[np.lexsort(e.T)] for e in elements)
+        np.testing.assert_array_equal(first, second)
+    points = reference_element(mesh.order).points
+    _, gradients = reference_element(mesh.order).evaluate(points)
+    mapping = np.einsum("eai,qaj->eqij", mesh.points[mesh.elements], gradients)
+    assert np.linalg.det(mapping).min() > 0.0
+
+
+@pytest.mark.parametrize("counts", [(2, 4, 2), (2, 12, 6), (6, 18, 6), (4, 14, 4), (8, 6, 6)])
+def test_chambers_are_filled_whatever_the_counts_along_their_sides(counts):
+    inner_arc, outer_arc, along = counts
+    level = MeshLevel(inner_arc, outer_arc, 2, along, 1, 1, 1, 1.0)
+    geometry = ActuatorGeometry()
+    section = mesh_section(geometry, level, filled=True)
+    for quads, name in zip(section.filling, CHAMBERS, strict=True):
+        # As many edges of the filling as of the silicone, on the same nodes.
+        sides = np.sort(quads[:, [[0, 1], [1, 3], [3, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        once = np.array(
+            [s for s, n in zip(*np.unique(sides, axis=0, return_counts=True), strict=True) if n == 1]
+        )
+        expected = np.unique(np.sort(section.edges[name], axis=1), axis=0)
+        np.testing.assert_array_equal(once, expected)
+        assert len(once) == inner_arc + outer_arc + 2 * along
+
+
+def test_counts_that_cannot_be_filled_are_refused():
+    with pytest.raises(ValueError, match=r"elements: got \(1, 8, 2\) along the sides"):
+        mesh_section(ActuatorGeometry(), MeshLevel(2, 4, 2, 8, 1, 1, 1, 1.0), filled=True)
 
 
 def test_a_mesh_whose_ends_do_not_match_has_no_helical_map(mesh):

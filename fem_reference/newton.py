@@ -8,10 +8,9 @@ is that of the displacement form. So are the forces between walls in contact (`w
 
 A matrix with more negative eigenvalues than the branch of equilibria has would lead to a saddle or round in
 circles. Contact is then made convex: that of walls pair by pair, and that with the rod without its roundness,
-off which a single pressed node slides though the wall that it is of does not; on the way to another
-equilibrium it then stays so to the end. Where that is not enough, the
-silicone's viscous matrix is added for a few iterations. If the matrix stays indefinite, the method gives up,
-and says so by an `UnstableError`: what moves by itself is followed in time (see `creep`).
+off which a pressed wall slides; on the way to another equilibrium it then stays so to the end. Where that is
+not enough, the silicone's viscous matrix is added for a few iterations. If the matrix stays indefinite, the
+method gives up, and says so by an `UnstableError`: what moves by itself is followed in time (see `creep`).
 
 Globalisation is a line search whose merit is the size of the Newton step itself: a step may not be much
 longer than the one before (the ordinary monotonicity test), or that one is taken again at half its length; no

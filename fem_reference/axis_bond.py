@@ -66,7 +66,8 @@ class AxisBond:
         gap = distance - self._radius
         stiffness = normal[:, :, None] * normal[:, None, :] + gap[:, None, None] * curvature
         stiffness += along[:, :, None] * along[:, None, :] + slip[:, None, None] * turning
-        return self.force(positions), self._penalty[:, None, None] * stiffness
+        force = gap[:, None] * normal + slip[:, None] * along
+        return self._penalty[:, None] * force, self._penalty[:, None, None] * stiffness
 
     def _slip(
         self, positions: Float[np.ndarray, "all 3"]

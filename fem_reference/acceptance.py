@@ -17,6 +17,9 @@ MOMENT_TOLERANCE = 1e-8
 # may end in a cycle about such a jump. It is accepted below this force [N] once the whole step is within the
 # problem's noise, which bounds what is lost, and below this moment [N mm].
 CONTACT_FORCE_TOLERANCE, CONTACT_MOMENT_TOLERANCE = 1e-3, 1e-4
+# A node that is jammed between close walls keeps more, as it is held by a stiffness of 1e3 N/mm: of such a
+# force [N], once no node has farther to go than this share of the noise.
+_JAMMED_FORCE, _JAMMED = 2e-2, 0.02
 # Share of the size below which a stiffness is kept, with which an equilibrium on the way to another ends; of
 # what the next step would be, if steps shrink on as they do; and the force [N] below which it may do so with
 # a matrix that was made convex, or after a second step as small: single nodes between close walls take long
@@ -44,10 +47,11 @@ def is_near(problem: Problem, size: float, last_size: float) -> bool:
 
 def at_noise(problem: Problem, step: Any, force: float, moment: float) -> bool:
     """Whether all that is left is what the contact's jumps may leave."""
+    farthest = float(np.abs(step.positions).max())
+    jammed = force <= _JAMMED_FORCE and farthest <= _JAMMED * problem.noise
     return (
-        force <= CONTACT_FORCE_TOLERANCE
+        (jammed or (force <= CONTACT_FORCE_TOLERANCE and farthest <= problem.noise))
         and moment <= CONTACT_MOMENT_TOLERANCE
-        and float(np.abs(step.positions).max()) <= problem.noise
         and problem.is_small(step)
     )
 

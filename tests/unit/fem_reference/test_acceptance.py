@@ -1,15 +1,19 @@
 """When an iterate is good enough."""
 
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
 
 from fem_reference.acceptance import at_noise
-from fem_reference.problem import Problem
+from tests.diagonal_problem import Diagonal, double_well
 
-_PROBLEM = cast(Problem, SimpleNamespace(noise=5e-3, is_small=lambda step: True))
+
+def _noisy() -> Diagonal:
+    problem = double_well()
+    problem.noise = 5e-3
+    return problem
 
 
 def _step(farthest: float) -> Any:
@@ -32,10 +36,11 @@ def _step(farthest: float) -> Any:
     ],
 )
 def test_a_node_between_close_walls_may_keep_more_force(force, farthest, accepted):
-    assert at_noise(_PROBLEM, _step(farthest), force, 0.0) is accepted
+    assert at_noise(_noisy(), _step(farthest), force, 0.0) is accepted
 
 
-def test_moments_and_other_unknowns_must_be_found_too():
-    assert not at_noise(_PROBLEM, _step(1e-6), 1e-6, 1e-3)
-    unfound = cast(Problem, SimpleNamespace(noise=5e-3, is_small=lambda step: False))
-    assert not at_noise(unfound, _step(1e-6), 1e-6, 0.0)
+def test_moments_and_other_unknowns_must_be_found_too(monkeypatch):
+    problem = _noisy()
+    assert not at_noise(problem, _step(1e-6), 1e-6, 1e-3)
+    monkeypatch.setattr(problem, "is_small", lambda step: False)
+    assert not at_noise(problem, _step(1e-6), 1e-6, 0.0)

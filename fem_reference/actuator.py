@@ -9,8 +9,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float
 
-from fem_reference.actuator_equations import ActuatorEquations, ActuatorModel, Deformation
+from fem_reference.actuator_equations import ActuatorEquations
 from fem_reference.actuator_load import ActuatorLoad, ActuatorTarget
+from fem_reference.actuator_model import ActuatorModel, Deformation
 from fem_reference.actuator_problem import ActuatorProblem
 from fem_reference.actuator_shape import AxisShape, axis_shape, bending
 from fem_reference.geometry import ActuatorGeometry

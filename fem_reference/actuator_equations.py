@@ -8,103 +8,35 @@ Positions of all mesh nodes come first, then the control points P of the rod's c
 clamped: its nodes, the rod's end and the rod's direction there. The cap's cavity is bonded to the rod.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sparse
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
 from fem_reference import mirror
 from fem_reference.actuator_load import ActuatorTarget
+from fem_reference.actuator_model import ActuatorLinearisation, ActuatorModel, Deformation
 from fem_reference.assembly import SparsePattern, scatter
 from fem_reference.axis_bond import AxisBond
 from fem_reference.axis_contact import AxisContact
 from fem_reference.cell_equations import ROD_YOUNG_MODULUS, THREAD
 from fem_reference.chamber import Chamber
-from fem_reference.geometry import ActuatorGeometry
-from fem_reference.material import Ogden
 from fem_reference.mesh import BOTTOM, TOP, actuator_mesh
-from fem_reference.problem import Linearisation
 from fem_reference.rod_axis import RodAxis, SplineBasis
-from fem_reference.section import CAVITY, CHAMBERS, MILLIMETRE, MeshLevel
+from fem_reference.section import CAVITY, CHAMBERS, MILLIMETRE
 from fem_reference.solid import SolidElements
 from fem_reference.thread import ThreadSegments
 from fem_reference.thread_bending import ThreadBending
 from fem_reference.tip_load import TipFace
+from fem_reference.unknowns import Unknowns
 from fem_reference.viscous_solid import ViscousSolid
 from fem_reference.wall_contact import WallContact
-from fem_reference.winding import Thread, Winding
 
 # Length of a span of the rod's curve [mm]: a tenth of the bending radius at 180°.
 _SPAN = 2.0
 # kg/m³ in tonne/mm³, so that an acceleration in mm/s² gives newtons.
 _DENSITY = 1e-12
-
-
-@dataclass(frozen=True)
-class Deformation:
-    """Unknowns of the actuator.
-
-    Parameters
-    ----------
-    positions : of the mesh's nodes, then of the rod's control points [mm].
-    element_pressure, segment_tension, axis_tension : forces of the stiff parts [MPa, N, N], independent while
-        Newton's method iterates.
-    """
-
-    positions: Float[np.ndarray, "points 3"]
-    element_pressure: Float[np.ndarray, "elements modes"]
-    segment_tension: Float[np.ndarray, " segments"]
-    axis_tension: Float[np.ndarray, " spans"]
-
-
-@dataclass(frozen=True)
-class ActuatorLinearisation(Linearisation):
-    """Residual and stiffness, and what the update of the stiff parts' forces needs.
-
-    Parameters
-    ----------
-    positions : where [mm].
-    force : internal forces less the pressures', at every point, clamped ones too [N].
-    load_columns, load_rows : the tip load's stiffness is their product, to be taken off; None without one.
-    volume_gradient, length_gradient, extension_gradient : of elements, thread segments and the rod's spans.
-    constitutive : κ ϑ_j of the elements [MPa].
-    """
-
-    positions: Float[np.ndarray, "points 3"]
-    force: Float[np.ndarray, "points 3"]
-    load_columns: Float[np.ndarray, "q 3"] | None
-    load_rows: Float[np.ndarray, "3 q"] | None
-    volume_gradient: Float[np.ndarray, "elements modes dofs"]
-    constitutive: Float[np.ndarray, "elements modes"]
-    length_gradient: Float[np.ndarray, "segments _"]
-    extension_gradient: Float[np.ndarray, "spans 12"]
-
-
-@dataclass(frozen=True)
-class ActuatorModel:
-    """What the actuator is made of.
-
-    Parameters
-    ----------
-    geometry, material, winding, thread : see there.
-    level : mesh density.
-    density : of silicone and rod [kg/m³].
-    bonded : where the cavity is bonded to the rod: ``cap`` (its whole length), ``tip`` (the outer face only)
-        or ``all``.
-    cap_wound : whether the thread goes on over the cap.
-    symmetric : whether the plane of symmetry y = 0 is kept.
-    """
-
-    geometry: ActuatorGeometry
-    material: Ogden
-    winding: Winding
-    thread: Thread
-    level: MeshLevel
-    density: float
-    bonded: str
-    cap_wound: bool = False
-    symmetric: bool = False
 
 
 class ActuatorEquations:
@@ -156,20 +88,18 @@ class ActuatorEquations:
         self.tip = TipFace(face, self.mesh.nodal_areas(TOP)[face], self.rest_positions)
         #: Mass that each point stands for [tonne].
         self.mass = np.concatenate([density * self.solid.nodal_volumes, self.axis.mass])
-        self._number, self._sign = self._numbering(model.symmetric)
-        self.size = int(self._number.max()) + 1
-        free = np.flatnonzero(self._number >= 0)
-        #: Sums components of all points to the unknowns that they go with; transposed, it moves the points.
-        self.fold = sparse.csr_matrix(
-            (self._sign[free], (self._number[free], free)), shape=(self.size, self._number.size)
-        )
-        self._bending = self._bending_entries()
-        groups = [self._dofs(c) for c in self._connectivities()]
+        self._unknowns = self._numbered(model.symmetric)
+        #: Number of unknowns.
+        self.size = self._unknowns.size
+        #: See `Unknowns`.
+        self.fold = self._unknowns.fold
+        self._bending = self._unknowns.entries(self._bending_stiffness())
+        numbered = [self._unknowns.of(c) for c in self._connectivities()]
+        groups, signs = [dofs for dofs, _ in numbered], [sign for _, sign in numbered]
         paddings = [self.thread.padding, *(joints.padding for joints in self.joints)]
         for number, padding in enumerate(paddings, start=THREAD):
             groups[number] = np.where(padding.repeat(3, axis=1), -1, groups[number])
-        signs = [self._sign[_components(c)] for c in self._connectivities()] if model.symmetric else None
-        self.pattern = SparsePattern(self.size, groups, self._bending[:2], signs)
+        self.pattern = SparsePattern(self.size, groups, self._bending[:2], signs if model.symmetric else None)
 
     def _axis_contact(self, radius: float, length: float, bonded: str) -> tuple[AxisBond, AxisContact]:
         """The cavity's wall on the rod: bonded nodes, and facets that are not bonded as a whole."""
@@ -185,16 +115,15 @@ class ActuatorEquations:
         contact = AxisContact(facets[free], values, areas[free], self.mesh.points, self.basis, self.nodes)
         return bond, contact
 
-    def _numbering(self, symmetric: bool) -> tuple[Int[np.ndarray, " dofs"], Float[np.ndarray, " dofs"]]:
-        """Number of each degree of freedom among the unknowns, −1 where it is clamped, and its sign."""
+    def _numbered(self, symmetric: bool) -> Unknowns:
+        """What is neither clamped nor tied to its mirror image."""
         clamped = np.zeros((len(self.rest_positions), 3), dtype=bool)
         clamped[self.mesh.nodes(BOTTOM)] = True
         clamped[self.nodes] = True
         # The second control point gives the curve its direction at the base.
         clamped[self.nodes + 1, :2] = True
         if not symmetric:
-            free = ~clamped.ravel()
-            return np.where(free, np.cumsum(free) - 1, -1), np.ones(free.size)
+            return Unknowns.but_for(clamped)
         image = mirror.images(self.rest_positions)
         if image is None:
             raise ValueError(
@@ -204,15 +133,12 @@ class ActuatorEquations:
             raise ValueError(
                 "symmetric: got a winding without it, expected its own mirror image in the plane y = 0"
             )
-        return mirror.numbering(clamped, image)
+        return Unknowns.mirrored(clamped, image)
 
     @property
     def clamped(self) -> Bool[np.ndarray, "points 3"]:
         """Which components of which points are held."""
-        return (self._number < 0).reshape(-1, 3)
-
-    def _dofs(self, connectivity: Int[np.ndarray, "blocks points"]) -> Int[np.ndarray, "blocks dofs"]:
-        return self._number[_components(connectivity)]
+        return self._unknowns.held
 
     def _connectivities(self) -> list[np.ndarray]:
         return [
@@ -225,12 +151,10 @@ class ActuatorEquations:
             self.contact.connectivity,
         ]
 
-    def _bending_entries(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The rod's bending stiffness as entries of the upper triangle."""
-        a, b = np.nonzero(self.axis.bending)
-        rows, columns = (self._number[(3 * (self.nodes + i)[:, None] + np.arange(3)).ravel()] for i in (a, b))
-        keep = (rows >= 0) & (rows <= columns)
-        return rows[keep], columns[keep], np.repeat(self.axis.bending[a, b], 3)[keep]
+    def _bending_stiffness(self) -> sparse.spmatrix:
+        """The rod's bending stiffness over the components of all points."""
+        points = sparse.block_diag([sparse.csr_matrix((self.nodes, self.nodes)), self.axis.bending])
+        return sparse.kron(points, np.eye(3))
 
     def rest(self) -> Deformation:
         """The unloaded actuator."""
@@ -294,8 +218,9 @@ class ActuatorEquations:
         force[self.nodes :] = self.axis.bending @ controls
         if walls is not None:
             force += walls[0]
-            wall_entries = self._wall_entries(walls[1])
-            self.pattern.cover(*wall_entries[:2], lambda: self._wall_entries(self.walls.neighbours(x))[:2])
+            entries = self._unknowns.entries
+            wall_entries = entries(walls[1])
+            self.pattern.cover(*wall_entries[:2], lambda: entries(self.walls.neighbours(x))[:2])
         data = np.zeros(len(self.pattern))
         if walls is not None:
             self.pattern.add_entries(data, *wall_entries)
@@ -377,15 +302,8 @@ class ActuatorEquations:
         response = self.walls.response(x)
         if response is not None:
             change = self.walls.convex_hessian(x) - response[1]
-            self.pattern.add_entries(data, *self._wall_entries(change))
+            self.pattern.add_entries(data, *self._unknowns.entries(change))
         return data
-
-    def _wall_entries(self, hessian: sparse.csr_matrix) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        full = hessian.tocoo()
-        rows, columns = self._number[full.row], self._number[full.col]
-        keep = (rows >= 0) & (rows <= columns)
-        signs = self._sign[full.row[keep]] * self._sign[full.col[keep]]
-        return rows[keep], columns[keep], signs * full.data[keep]
 
     def _load(
         self, x: Float[np.ndarray, "points 3"], target: ActuatorTarget
@@ -423,12 +341,6 @@ class ActuatorEquations:
             segment_tension=at.segment_tension + fraction * (tension - at.segment_tension),
             axis_tension=at.axis_tension + fraction * (axial - at.axis_tension),
         )
-
-
-def _components(connectivity: Int[np.ndarray, "blocks points"]) -> Int[np.ndarray, "blocks dofs"]:
-    """Of each block's points, all three components, counted among those of all points."""
-    all_three = 3 * connectivity[:, :, None] + np.arange(3)
-    return all_three.reshape(len(connectivity), 3 * connectivity.shape[1])
 
 
 def _contract(gradient: np.ndarray, local: np.ndarray) -> np.ndarray:

@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from fem_reference.actuator_equations import ActuatorEquations, ActuatorLinearisation, Deformation
+from fem_reference.actuator_equations import ActuatorEquations
 from fem_reference.actuator_load import ActuatorTarget
+from fem_reference.actuator_model import ActuatorLinearisation, Deformation
 from fem_reference.cell_equations import SOLID
 from fem_reference.linear_solver import SymmetricSolver
 from fem_reference.problem import NewtonError, Problem

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from fem_reference.actuator import Actuator, ActuatorState, Settled
-from fem_reference.actuator_equations import Deformation
 from fem_reference.actuator_load import ActuatorLoad
+from fem_reference.actuator_model import Deformation
 from fem_reference.actuator_record import state_record
 from fem_reference.path import PathMemory
 from fem_reference.volume_led import Filled

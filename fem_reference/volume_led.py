@@ -23,8 +23,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from fem_reference.actuator_equations import ActuatorLinearisation, Deformation
 from fem_reference.actuator_load import ActuatorTarget
+from fem_reference.actuator_model import ActuatorLinearisation, Deformation
 from fem_reference.actuator_problem import ActuatorProblem, ActuatorStep
 from fem_reference.assembly import scatter
 from fem_reference.linear_solver import SymmetricSolver

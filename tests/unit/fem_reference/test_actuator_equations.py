@@ -5,8 +5,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from fem_reference import ActuatorGeometry, ActuatorLoad, DoubleHelix, Ogden, Thread
-from fem_reference.actuator_equations import ActuatorEquations, ActuatorModel, Deformation
+from fem_reference.actuator_equations import ActuatorEquations
 from fem_reference.actuator_load import ActuatorTarget
+from fem_reference.actuator_model import ActuatorModel, Deformation
 from fem_reference.actuator_shape import axis_shape
 from fem_reference.section import MeshLevel
 from tests.fem_fixtures import QUADRATIC, TINY, assemble, difference, relative_error, rotation

@@ -10,7 +10,8 @@ import pytest
 import scipy.sparse as sparse
 
 from fem_reference import ActuatorGeometry, ActuatorLoad, DoubleHelix, Ogden, Thread
-from fem_reference.actuator_equations import ActuatorEquations, ActuatorModel
+from fem_reference.actuator_equations import ActuatorEquations
+from fem_reference.actuator_model import ActuatorModel
 from fem_reference.actuator_problem import ActuatorProblem
 from fem_reference.cell_equations import CellEquations
 from fem_reference.cell_problem import CellProblem, CellTarget

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from fem_reference import Actuator, ActuatorGeometry, ActuatorLoad, DoubleHelix, Ring, SixHelix
-from fem_reference.actuator_equations import ActuatorEquations, Deformation
+from fem_reference.actuator_equations import ActuatorEquations
+from fem_reference.actuator_model import Deformation
 from fem_reference.mirror import images
 from tests.fem_fixtures import QUADRATIC, TINY, relative_error
 from tests.unit.fem_reference.test_actuator_equations import LOAD, SHORT, model

@@ -20,14 +20,15 @@ from fem_reference import (
 )
 
 FILE = Path(__file__).with_name("gold.json")
-# Every wall one element thick: seconds a run.
+# Every wall one element thick: seconds a run. Loads a part in 1e8 to 1e11 more or less take as many iterations;
+# farther on, where steps are given up for a negative stiffness, they need not.
 TINY = MeshLevel(2, 4, 2, 2, 1, 1, 1, 0.75)
 SHORT = ActuatorGeometry(body_length=9e-3, cap_length=3e-3)
 CELLS: dict[str, tuple[Winding, list[Load]]] = {
-    "double helix, chamber 1": (DoubleHelix(), [Load((p, 0.0, 0.0)) for p in (5e3, 15e3, 25e3)]),
+    "double helix, chamber 1": (DoubleHelix(), [Load((p, 0.0, 0.0)) for p in (5e3, 10e3, 15e3)]),
     "double helix, pair and moment": (
         DoubleHelix(),
-        [Load((6e3, 6e3, 0.0)), Load((12e3, 12e3, 0.0), moment=(2e-4, -1e-4, 1e-4))],
+        [Load((6e3, 6e3, 0.0)), Load((10e3, 10e3, 0.0), moment=(2e-4, -1e-4, 1e-4))],
     ),
     "double helix at 30°, chamber 2": (DoubleHelix(psi=0.5235987755982988), [Load((0.0, 10e3, 0.0))]),
     "ring, chamber 3": (Ring(), [Load((0.0, 0.0, 15e3))]),

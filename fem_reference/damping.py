@@ -42,16 +42,31 @@ class Damping:
     problem, solver : what, and by what.
     inertia : of the branch.
     viscous : whether viscosity may be added.
+    least : share of convex contact below which none is tried.
     """
 
-    def __init__(self, problem: Problem, solver: SymmetricSolver, inertia: int, viscous: bool) -> None:
+    def __init__(
+        self, problem: Problem, solver: SymmetricSolver, inertia: int, viscous: bool, least: float = 0.0
+    ) -> None:
         self._problem, self._solver = problem, solver
         self._inertia = inertia
         self._left = _VISCOUS_ITERATIONS if viscous else 0
         self._most = _MOST_EXACT if problem.exact else _MOST
         self._rate = _FIRST_RATE
         self._steps = 0
-        self._shares: tuple[float, ...] = _SHARES[-1:] if problem.exact else _SHARES
+        shares = _SHARES[-1:] if problem.exact else _SHARES
+        self._shares = tuple(share for share in shares if share >= least)
+        self._raised = False
+
+    @property
+    def share(self) -> float:
+        """Of contact that is taken as convex."""
+        return self._shares[0]
+
+    @property
+    def next_share(self) -> float:
+        """Share to begin the next equilibrium with: half of the last, unless less was too little here."""
+        return self.share if self._raised else 0.5 * self.share
 
     def factorise(self, at: Any, linear: Any, first: bool) -> None:
         """Leave the factors of such a matrix in the solver, or raise an `UnstableError`.
@@ -74,7 +89,7 @@ class Damping:
             if not rest:
                 break
             # What was too little stays so as long as steps do not leave the place.
-            self._shares = tuple(rest)
+            self._shares, self._raised = tuple(rest), True
         self._left -= 1
         if self._left >= 0:
             resistance = problem.viscous(at, 1.0)

@@ -85,7 +85,7 @@ def solve_equilibrium(
     inertia: int = 0,
     viscous: Any = None,
     on_the_way: bool = False,
-    convex: bool = False,
+    convex: float = 0.0,
 ) -> Equilibrium:
     """Iterate from ``start`` to equilibrium under ``target``; the solver is left with the factors there.
 
@@ -98,7 +98,7 @@ def solve_equilibrium(
     inertia : negative eigenvalues of the branch of equilibria that is followed: 0 for minima of the energy.
     viscous : resistance for a step in time, which is solved roughly.
     on_the_way : that it only leads to the next one, and may be rough.
-    convex : whether to begin with convex contact, without a look at the stiffness as it is.
+    convex : share of contact to begin with as convex, without a look at the stiffness as it is; 0 for a look.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def _iterate(
     inertia: int,
     viscous: Any,
     on_the_way: bool,
-    convex: bool,
+    least_convex: float,
     sizes: list[float],
 ) -> Equilibrium:
     """See `solve_equilibrium`; ``sizes`` of steps are added to a list."""
@@ -129,7 +129,8 @@ def _iterate(
     last: _Taken | None = None
     before: Any = None
     first = 0.0
-    damping, stretch = Damping(problem, solver, inertia, viscous is None), Stretch()
+    damping, stretch = Damping(problem, solver, inertia, viscous is None, least_convex), Stretch()
+    convex = least_convex > 0.0
     size, excess, too_long, growing = np.inf, None, 0, 0
     # Whether contact stays convex to the end, as the stiffness was seen to have more negative pivots nearby.
     convex_to_the_end = False
@@ -204,11 +205,13 @@ def _iterate(
         if on_the_way and settled and is_near(problem, size, last_size):
             # A solver that does not tell the inertia is never led to convex contact.
             left = inertia if convex else None if excess is None else min(excess, inertia)
-            return Equilibrium(at, None, iteration + 1, force, left, convex=convex)
+            return Equilibrium(
+                at, None, iteration + 1, force, left, convex=damping.next_share if convex else 0.0
+            )
         if on_the_way and convex and size <= problem.nearby and problem.keeps(linear, at):
             at, linear, force, softest = mix_steps(problem, solver, target, at, linear, True)
             if softest is not None:
-                return Equilibrium(at, None, iteration + 1, force, inertia, convex=True)
+                return Equilibrium(at, None, iteration + 1, force, inertia, convex=damping.next_share)
             continue
         if viscous is not None or (convex and not (problem.exact or convex_to_the_end)):
             continue
@@ -217,7 +220,7 @@ def _iterate(
                 at, linear, force, softest = mix_steps(problem, solver, target, at, linear, False)
                 if softest is not None and not problem.exact:
                     left = inertia if np.isinf(softest) else int(softest < 0.0)
-                    return Equilibrium(at, linear, iteration + 1, force, left, convex=True)
+                    return Equilibrium(at, linear, iteration + 1, force, left, convex=damping.next_share)
                 if softest is not None and softest < 0.0:
                     raise UnstableError("mixed steps lead to where the stiffness is negative along them")
                 mixed = softest is not None

@@ -54,7 +54,7 @@ class Equilibrium:
         contact taken as convex; above zero the body is at a saddle of its energy. None where the linear
         solver does not tell.
     longest : size of the longest step on the way there [mm].
-    convex : whether the last matrix had its contact made convex.
+    convex : where the last matrix had its contact made convex, the share to begin the next one with; else 0.
     """
 
     configuration: Any
@@ -63,7 +63,7 @@ class Equilibrium:
     residual: float
     excess_negative: int | None
     longest: float = 0.0
-    convex: bool = False
+    convex: float = 0.0
 
 
 class Problem(abc.ABC):

@@ -20,8 +20,8 @@ from fem_reference import (
 )
 
 FILE = Path(__file__).with_name("gold.json")
-# Every wall one element thick: seconds a run. Loads a part in 1e8 to 1e11 more or less take as many iterations;
-# farther on, where steps are given up for a negative stiffness, they need not.
+# Every wall one element thick: seconds a run. Loads by a share of 1e-8 to 1e-11 more or less take as many
+# iterations; farther on, where steps are given up for a negative stiffness, they need not.
 TINY = MeshLevel(2, 4, 2, 2, 1, 1, 1, 0.75)
 SHORT = ActuatorGeometry(body_length=9e-3, cap_length=3e-3)
 CELLS: dict[str, tuple[Winding, list[Load]]] = {

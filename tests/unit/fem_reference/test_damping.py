@@ -1,9 +1,11 @@
-"""Steps with another matrix that are alike, each a multiple of the one before, are taken many at once."""
+"""Shares of convex contact, and steps with another matrix that are alike: many of them are taken at once."""
 
 import numpy as np
 import pytest
 
-from fem_reference.damping import Stretch
+from fem_reference.damping import Damping, Stretch
+from fem_reference.linear_solver import PardisoSolver
+from tests.diagonal_problem import Diagonal, Push
 
 DIRECTION = 1e-3 * np.random.default_rng(0).uniform(-1.0, 1.0, (40, 3))
 
@@ -47,3 +49,30 @@ def test_a_step_after_a_break_does_not_follow_from_the_last():
     stretch.factor(DIRECTION)
     stretch.forget()
     assert [stretch.factor(DIRECTION) for _ in range(2)] == [1.0, 1.0]
+
+
+class Rounded(Diagonal):
+    """Springs to which contact adds 4 N/mm where it is taken as convex."""
+
+    exact = False
+
+    def convex_contact(self, linear):
+        return linear.data + 4.0
+
+
+@pytest.mark.parametrize(
+    ("softening", "least", "expected"),
+    [
+        (0.9, 0.0, [0.25, 0.125]),  # the first share serves, and less may
+        (0.9, 1.0, [1.0, 0.5]),  # what is not tried is not known to be too little
+        (1.5, 0.0, [0.5, 0.5]),  # a quarter was too little
+        (1.5, 0.5, [0.5, 0.25]),
+        (2.5, 0.5, [1.0, 1.0]),  # a half was too little
+    ],
+)
+def test_shares_of_convex_contact(softening, least, expected):
+    problem = Rounded(lambda x: -softening * x, lambda x: np.full_like(x, -softening), 1, reach=1.0)
+    damping = Damping(problem, PardisoSolver(), 0, viscous=False, least=least)
+    at = np.zeros(1)
+    damping.factorise(at, problem.linearise(at, Push(at)), first=False)
+    assert [damping.share, damping.next_share] == expected

@@ -110,7 +110,7 @@ class Counted(PardisoSolver):
 def test_where_contact_was_convex_it_may_be_so_from_the_start():
     """Left of 1/√3 the double well's own matrix is indefinite: it is not looked at then."""
     least = {}
-    for convex in (False, True):
+    for convex in (0.0, 1.0):
         solver = Counted()
         found = solve_equilibrium(
             Rounded(), solver, Push(np.zeros(2)), np.full(2, 0.2), on_the_way=True, convex=convex
@@ -120,7 +120,7 @@ def test_where_contact_was_convex_it_may_be_so_from_the_start():
         assert found.convex
         assert found.excess_negative == 0
         least[convex] = min(solver.least)
-    assert least[False] < 0.0 < least[True]
+    assert least[0.0] < 0.0 < least[1.0]
 
 
 def test_the_longest_step_is_told():

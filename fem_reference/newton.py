@@ -51,10 +51,12 @@ _LOG = logging.getLogger(__name__)
 # A step of this size [mm] under forces below that [N] is round-off of a large mesh.
 _ROUND_OFF_STEP, _ROUND_OFF_FORCE = 1e-12, 1e-7
 MAX_ITERATIONS = 30
-# Of a step in time: one that needs more iterations is too long; and how small the last of them must be beside
-# the first, since only the way's end counts.
+# Of a step in time: one that needs more iterations is too long. Only the way's end counts, so that it ends
+# with little force [N], or with some more and a step that is small beside the first: what leaves much leads
+# to where single elements are crushed, and no next step is found. With convex contact, what sways off the rod
+# goes on by steps that grow; the next step in time takes them as well.
 _CREEP_ITERATIONS = 8
-_CREEP_ACCURACY = 0.3
+_CREEP_ACCURACY, _CREEP_FORCE = 0.3, 0.1
 
 # Iterations before steps that contract by less than this are halved, or taken for the contact's noise.
 _SETTLING = 5
@@ -196,7 +198,9 @@ def _iterate(
         else:
             stretch.forget()
         (at, whole), before = admissible_part(problem, at, step, linear, fraction), linear
-        if viscous is not None and iteration > 0 and size <= max(problem.noise, _CREEP_ACCURACY * first):
+        small = size <= max(problem.noise, _CREEP_ACCURACY * first)
+        enough = force <= (_CREEP_FORCE if small else ROUGH_FORCE)
+        if viscous is not None and iteration > 0 and whole and enough:
             return Equilibrium(at, None, iteration + 1, force, None)
         # The first stiffness still has the threads' old tension in it.
         if not (whole and fraction == 1.0 and iteration > 0):

@@ -75,6 +75,40 @@ def test_a_step_in_time_may_not_be_longer_than_the_reach():
         solve_equilibrium(spring, PardisoSolver(), target, np.zeros(1), viscous=resistance)
 
 
+class Blocked(Diagonal):
+    """A unit spring; what is in the way leaves these shares of its trial steps in turn, then nothing is."""
+
+    def __init__(self, *shares):
+        super().__init__(lambda x: x, np.ones_like, 1, reach=1.0)
+        self.shares = list(shares)
+
+    def allowed(self, linear, trial):
+        return self.shares.pop(0) if self.shares else 1.0
+
+
+def test_a_step_in_time_does_not_end_with_something_in_the_way():
+    """A tenth of the way is left behind the second cut, small beside the first step as it is."""
+    spring, target, start = Blocked(0.8, 1.0, 0.5), Push(np.ones(1)), np.zeros(1)
+    resistance = spring.viscous(start, 1.0)
+    found = solve_equilibrium(spring, PardisoSolver(), target, start, viscous=resistance)
+    np.testing.assert_allclose(found.configuration, 0.5, rtol=1e-14)
+
+
+def test_a_step_in_time_does_not_end_under_a_large_force():
+    """One of a hundred springs hardens: 0.8 N are left to it, with a step that is small beside the first."""
+    hard = np.array([1.0, *np.zeros(99)])
+    spring = Diagonal(
+        lambda x: x + hard * (49.0 * x + 1e5 * x**3),
+        lambda x: 1.0 + hard * (49.0 + 3e5 * x**2),
+        100,
+        reach=1.0,
+    )
+    target, start = Push(np.ones(100)), np.zeros(100)
+    found = solve_equilibrium(spring, PardisoSolver(), target, start, viscous=spring.viscous(start, 1.0))
+    assert found.iterations > 2
+    assert found.residual <= 0.1
+
+
 def test_without_a_minimum_there_is_no_rest(monkeypatch):
     """A constant force, on nothing: every step goes on, and without viscosity the matrix is singular."""
     free = Diagonal(np.zeros_like, np.zeros_like, 1, reach=1.0)

@@ -21,7 +21,7 @@ _LOG = logging.getLogger(__name__)
 _FIRST_RATE = 0.5
 _FASTER, _SLOWER = 2.0, 3.0
 _AT_REST, _LARGEST_RATE = 0.03, 1e3
-_EASY = 5
+_EASY = 3
 _MAX_STEPS = 80
 
 

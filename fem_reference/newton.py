@@ -198,10 +198,10 @@ def _iterate(
         else:
             stretch.forget()
         (at, whole), before = admissible_part(problem, at, step, linear, fraction), linear
-        small = size <= max(problem.noise, _CREEP_ACCURACY * first)
-        enough = force <= (_CREEP_FORCE if small else ROUGH_FORCE)
-        if viscous is not None and iteration > 0 and whole and enough:
-            return Equilibrium(at, None, iteration + 1, force, None)
+        if viscous is not None and iteration > 0 and whole:
+            small = size <= max(problem.noise, _CREEP_ACCURACY * first)
+            if force <= (_CREEP_FORCE if small else ROUGH_FORCE):
+                return Equilibrium(at, None, iteration + 1, force, None)
         # The first stiffness still has the threads' old tension in it.
         if not (whole and fraction == 1.0 and iteration > 0):
             continue

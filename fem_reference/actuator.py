@@ -239,7 +239,7 @@ class Actuator:
         self, found: Equilibrium, target: ActuatorTarget, iterations: int, follower: VolumePathFollower
     ) -> Settled:
         linear, excess = found.linear, found.excess_negative
-        if found.convex or excess:
+        if found.convex is not None or excess:
             # Contact without the rod's roundness may hold what sways around it. Pairs of walls in contact
             # have negative pivots of their own, as nodes slide off edges.
             linear = self._problem.linearise(found.configuration, target)

@@ -289,20 +289,20 @@ class ActuatorEquations:
         load, *_ = self._load(linear.positions, target)
         return np.where(self.clamped, linear.force - load, 0.0)
 
-    def convex_contact(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
-        """The stiffness' data with convex contact: of walls pair by pair, of the rod without roundness."""
-        data = self.convex_walls(linear)
-        roundness = self.contact.concave_part(linear.positions)
-        self.pattern.add_group(data, len(self._connectivities()) - 1, -roundness)
-        return data
-
     def convex_walls(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
-        """The stiffness' data with contact of walls made convex pair by pair."""
+        """See `Problem.convex_walls`."""
         x, data = linear.positions, linear.data.copy()
         response = self.walls.response(x)
         if response is not None:
             change = self.walls.convex_hessian(x) - response[1]
             self.pattern.add_entries(data, *self._unknowns.entries(change))
+        return data
+
+    def roundness(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
+        """See `Problem.roundness`."""
+        data = np.zeros(len(self.pattern))
+        concave = self.contact.concave_part(linear.positions)
+        self.pattern.add_group(data, len(self._connectivities()) - 1, concave)
         return data
 
     def _load(

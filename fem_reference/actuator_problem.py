@@ -83,9 +83,13 @@ class ActuatorProblem(Problem):
         """See `Problem.keeps`."""
         return bool((self.equations.thread.slack(at.segment_tension) == linear.slack).all())
 
-    def convex_contact(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
-        """See `ActuatorEquations.convex_contact`."""
-        return self.equations.convex_contact(linear)
+    def convex_walls(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
+        """See `Problem.convex_walls`."""
+        return self.equations.convex_walls(linear)
+
+    def roundness(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
+        """See `Problem.roundness`."""
+        return self.equations.roundness(linear)
 
     def viscous(self, at: Deformation, rate: float) -> ViscousSolid:
         """See `ViscousSolid`."""

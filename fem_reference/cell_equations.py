@@ -333,17 +333,21 @@ class CellEquations:
         axial = self.period * self._axial(at.strain)[1]
         return residual, strain_force + rod.strain_force + axial
 
-    def convex_contact(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
-        """The stiffness' data with convex contact: of walls pair by pair, of the rod without roundness."""
+    def convex_walls(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
+        """See `Problem.convex_walls`."""
         x, data = linear.frame.positions, linear.data.copy()
-        nodes = self.rod.nodes[:, None]
-        round_rod = self.rod.response(x, linear.frame.series).node_concave
-        blocks = linear.frame.rotate_blocks(nodes, round_rod)
-        self.pattern.add_group(data, len(self._connectivities()) - 1, -blocks)
         response = self.walls.response(x)
         if response is not None:
             change = self.walls.convex_hessian(x) - response[1]
             self.pattern.add_entries(data, *_upper_entries(linear.frame, change))
+        return data
+
+    def roundness(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
+        """See `Problem.roundness`."""
+        data = np.zeros(len(self.pattern))
+        concave = self.rod.response(linear.frame.positions, linear.frame.series).node_concave
+        blocks = linear.frame.rotate_blocks(self.rod.nodes[:, None], concave)
+        self.pattern.add_group(data, len(self._connectivities()) - 1, blocks)
         return data
 
     def advance(

@@ -128,9 +128,13 @@ class CellProblem(Problem):
         """See `Problem.keeps`."""
         return bool((self.equations.thread.slack(at.segment_tension) == linear.slack).all())
 
-    def convex_contact(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
-        """See `CellEquations.convex_contact`."""
-        return self.equations.convex_contact(linear)
+    def convex_walls(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
+        """See `Problem.convex_walls`."""
+        return self.equations.convex_walls(linear)
+
+    def roundness(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
+        """See `Problem.roundness`."""
+        return self.equations.roundness(linear)
 
     def viscous(self, at: Configuration, rate: float) -> ViscousSolid:
         """See `ViscousSolid`."""

@@ -1,9 +1,10 @@
 """What Newton's method does where the stiffness is not the branch's: other matrices, and longer steps.
 
 A matrix with more negative eigenvalues than the branch of equilibria has leads to a saddle or round in
-circles. Contact is then made convex, by as small a share as will do, and where that is not enough the
-silicone viscous. Steps with such a matrix are too short along what is soft: there they come to be alike, each
-a fixed multiple q of the one before, shrinking towards a minimum or growing away from a saddle.
+circles. Contact of walls is then made convex, with as large a share of the rod's roundness left out as it
+takes, and where that is not enough the silicone viscous. Steps with such a matrix are too short along what is
+soft: there they come to be alike, each a fixed multiple q of the one before, shrinking towards a minimum or
+growing away from a saddle.
 """
 
 import logging
@@ -29,9 +30,9 @@ _FIRST_RATE, _RATE_FACTOR, _LAST_RATE = 0.2, 4.0, 10.0
 # much the last is then lengthened at most, and to what displacement [mm].
 _ALIKE, _SLOWEST, _FASTEST, _ROW = 0.95, 0.7, 1.6, 2
 _FARTHEST, _LONGEST = 8.0, 0.3
-# Shares of convex contact that are tried in turn: the rod's roundness is tens of times the stiffness of what
+# Shares of the rod's roundness that are left out, tried in turn: it is tens of times the stiffness of what
 # sways around it, and steps without any of it are as much too short.
-_SHARES = (0.25, 0.5, 1.0)
+_SHARES = (0.0, 0.25, 0.5, 1.0)
 
 
 class Damping:
@@ -42,7 +43,7 @@ class Damping:
     problem, solver : what, and by what.
     inertia : of the branch.
     viscous : whether viscosity may be added.
-    least : share of convex contact below which none is tried.
+    least : share of the rod's roundness to leave out, below which none is tried.
     """
 
     def __init__(
@@ -60,13 +61,13 @@ class Damping:
 
     @property
     def share(self) -> float:
-        """Of contact that is taken as convex."""
+        """Of the rod's roundness that is left out."""
         return self._shares[0]
 
     @property
     def next_share(self) -> float:
-        """Share to begin the next equilibrium with: half of the last, unless less was too little here."""
-        return self.share if self._raised else 0.5 * self.share
+        """Share to begin the next equilibrium with: the one below, unless that was too little here."""
+        return self.share if self._raised else max((s for s in _SHARES if s < self.share), default=0.0)
 
     def factorise(self, at: Any, linear: Any, first: bool) -> None:
         """Leave the factors of such a matrix in the solver, or raise an `UnstableError`.
@@ -78,18 +79,25 @@ class Damping:
         if self._steps > self._most:
             raise UnstableError(f"no equilibrium after {self._most} steps with another stiffness")
         problem = self._problem
-        convex = problem.convex_contact(linear)
-        while True:
-            share, *rest = self._shares
-            data = share * convex + (1.0 - share) * linear.data
+        convex, roundness = problem.convex_walls(linear), problem.roundness(linear)
+        counts: list[int] = []
+        for share in self._shares:
+            data = convex - share * roundness
             excess = self._excess(data, linear)
-            _LOG.debug("%.2g of contact convex: %d negative pivots", share, excess)
-            if excess <= (_MOST_FIRST if first and not rest and not problem.exact else 0):
+            _LOG.debug("walls convex, %.2g of roundness left out: %d negative pivots", share, excess)
+            if excess <= 0:
+                # What was too little stays so as long as steps do not leave the place.
+                self._leave_out(len(counts))
                 return
-            if not rest:
-                break
-            # What was too little stays so as long as steps do not leave the place.
-            self._shares, self._raised = tuple(rest), True
+            counts.append(excess)
+        if first and not problem.exact and excess <= _MOST_FIRST:
+            # As little as leaves no more of them than all of it.
+            best = counts.index(excess)
+            if best < len(counts) - 1:
+                self._excess(convex - self._shares[best] * roundness, linear)
+            self._leave_out(best)
+            return
+        self._leave_out(len(counts) - 1)
         self._left -= 1
         if self._left >= 0:
             resistance = problem.viscous(at, 1.0)
@@ -101,6 +109,11 @@ class Damping:
                     self._rate = rate
                     return
         raise UnstableError(f"the stiffness has {excess} negative eigenvalues more than the branch")
+
+    def _leave_out(self, index: int) -> None:
+        """That share and no less from now on."""
+        self._raised = self._raised or index > 0
+        self._shares = self._shares[index:]
 
     def _excess(self, data: Float[np.ndarray, " nonzeros"], linear: Any) -> int:
         pattern = self._problem.pattern

@@ -7,10 +7,11 @@ their own while iterating; they are condensed locally, so the linear system keep
 is that of the displacement form. So are the forces between walls in contact (`wall_pairs`).
 
 A matrix with more negative eigenvalues than the branch of equilibria has would lead to a saddle or round in
-circles. Contact is then made convex: that of walls pair by pair, and that with the rod without its roundness,
-off which a pressed wall slides; on the way to another equilibrium it then stays so to the end. Where that is
-not enough, the silicone's viscous matrix is added for a few iterations. If the matrix stays indefinite, the
-method gives up, and says so by an `UnstableError`: what moves by itself is followed in time (see `creep`).
+circles. Contact is then made convex: that of walls pair by pair, and that with the rod, where this does not
+do, with less of its roundness, off which a pressed wall slides; on the way to another equilibrium it then
+stays so to the end. Where that is not enough, the silicone's viscous matrix is added for a few iterations. If
+the matrix stays indefinite, the method gives up, and says so by an `UnstableError`: what moves by itself is
+followed in time (see `creep`).
 
 Globalisation is a line search whose merit is the size of the Newton step itself: a step may not be much
 longer than the one before (the ordinary monotonicity test), or that one is taken again at half its length; no
@@ -51,12 +52,10 @@ _LOG = logging.getLogger(__name__)
 # A step of this size [mm] under forces below that [N] is round-off of a large mesh.
 _ROUND_OFF_STEP, _ROUND_OFF_FORCE = 1e-12, 1e-7
 MAX_ITERATIONS = 30
-# Of a step in time: one that needs more iterations is too long. Only the way's end counts, so that it ends
-# with little force [N], or with some more and a step that is small beside the first: what leaves much leads
-# to where single elements are crushed, and no next step is found. With convex contact, what sways off the rod
-# goes on by steps that grow; the next step in time takes them as well.
+# Of a step in time: one that needs more iterations is too long. Only the way's end counts, so that it ends as
+# soon as it leaves little force; what leaves much leads to where single elements are crushed, and no next
+# step is found.
 _CREEP_ITERATIONS = 8
-_CREEP_ACCURACY, _CREEP_FORCE = 0.3, 0.1
 
 # Iterations before steps that contract by less than this are halved, or taken for the contact's noise.
 _SETTLING = 5
@@ -87,7 +86,7 @@ def solve_equilibrium(
     inertia: int = 0,
     viscous: Any = None,
     on_the_way: bool = False,
-    convex: float = 0.0,
+    convex: float | None = None,
 ) -> Equilibrium:
     """Iterate from ``start`` to equilibrium under ``target``; the solver is left with the factors there.
 
@@ -100,7 +99,8 @@ def solve_equilibrium(
     inertia : negative eigenvalues of the branch of equilibria that is followed: 0 for minima of the energy.
     viscous : resistance for a step in time, which is solved roughly.
     on_the_way : that it only leads to the next one, and may be rough.
-    convex : share of contact to begin with as convex, without a look at the stiffness as it is; 0 for a look.
+    convex : share of the rod's roundness to leave out to begin with, walls convex, without a look at the
+        stiffness as it is; None for a look.
 
     Raises
     ------
@@ -122,7 +122,7 @@ def _iterate(
     inertia: int,
     viscous: Any,
     on_the_way: bool,
-    least_convex: float,
+    least_convex: float | None,
     sizes: list[float],
 ) -> Equilibrium:
     """See `solve_equilibrium`; ``sizes`` of steps are added to a list."""
@@ -130,9 +130,8 @@ def _iterate(
     history: list[float] = []
     last: _Taken | None = None
     before: Any = None
-    first = 0.0
-    damping, stretch = Damping(problem, solver, inertia, viscous is None, least_convex), Stretch()
-    convex = least_convex > 0.0
+    damping, stretch = Damping(problem, solver, inertia, viscous is None, least_convex or 0.0), Stretch()
+    convex = least_convex is not None
     size, excess, too_long, growing = np.inf, None, 0, 0
     # Whether contact stays convex to the end, as the stiffness was seen to have more negative pivots nearby.
     convex_to_the_end = False
@@ -186,10 +185,8 @@ def _iterate(
         stalled = iteration >= _SETTLING and last is not None and size > _CONTRACTION * last.size
         longest = min(problem.longest(step), problem.reach / max(size, problem.reach))
         fraction = min(longest, 0.5 if stalled else 1.0)
-        if viscous is not None and iteration == 0:
-            if fraction < 1.0:
-                raise NewtonError(f"the step in time would be one of {size:.1e} mm")
-            first = size
+        if viscous is not None and iteration == 0 and fraction < 1.0:
+            raise NewtonError(f"the step in time would be one of {size:.1e} mm")
         # The first step sets the tension of the threads by the residual of their stretch; the next, free of
         # it, may well be longer.
         last = None if convex or iteration == 0 else _Taken(at, step, linear, size, fraction)
@@ -198,10 +195,10 @@ def _iterate(
         else:
             stretch.forget()
         (at, whole), before = admissible_part(problem, at, step, linear, fraction), linear
-        if viscous is not None and iteration > 0 and whole:
-            small = size <= max(problem.noise, _CREEP_ACCURACY * first)
-            if force <= (_CREEP_FORCE if small else ROUGH_FORCE):
-                return Equilibrium(at, None, iteration + 1, force, None)
+        if viscous is not None and whole:
+            left, _ = imbalance(problem, problem.renewed(linear, at, target, viscous), target, iteration)
+            if left <= ROUGH_FORCE:
+                return Equilibrium(at, None, iteration + 1, left, None)
         # The first stiffness still has the threads' old tension in it.
         if not (whole and fraction == 1.0 and iteration > 0):
             continue
@@ -210,7 +207,7 @@ def _iterate(
             # A solver that does not tell the inertia is never led to convex contact.
             left = inertia if convex else None if excess is None else min(excess, inertia)
             return Equilibrium(
-                at, None, iteration + 1, force, left, convex=damping.next_share if convex else 0.0
+                at, None, iteration + 1, force, left, convex=damping.next_share if convex else None
             )
         if on_the_way and convex and size <= problem.nearby and problem.keeps(linear, at):
             at, linear, force, softest = mix_steps(problem, solver, target, at, linear, True)
@@ -270,7 +267,7 @@ def _settled(
 ) -> Equilibrium:
     """The equilibrium, with its inertia free of the contact's own, and the exact factors in the solver."""
     if excess:
-        data = problem.convex_contact(linear)
+        data = problem.convex_walls(linear) - problem.roundness(linear)
         excess = solver.factorise(problem.pattern.matrix(data), problem.pattern.revision)
         excess = problem.excess(solver, linear, excess)
         solver.factorise(problem.pattern.matrix(linear.data), problem.pattern.revision)

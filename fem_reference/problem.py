@@ -54,7 +54,8 @@ class Equilibrium:
         contact taken as convex; above zero the body is at a saddle of its energy. None where the linear
         solver does not tell.
     longest : size of the longest step on the way there [mm].
-    convex : where the last matrix had its contact made convex, the share to begin the next one with; else 0.
+    convex : where the last matrix had its contact made convex, the share of the rod's roundness to leave out
+        of the next one's to begin with; else None.
     """
 
     configuration: Any
@@ -63,7 +64,7 @@ class Equilibrium:
     residual: float
     excess_negative: int | None
     longest: float = 0.0
-    convex: float = 0.0
+    convex: float | None = None
 
 
 class Problem(abc.ABC):
@@ -109,8 +110,12 @@ class Problem(abc.ABC):
         """Whether the stiffness of ``linear`` may be kept at ``at``: no thread has gone slack or taut."""
 
     @abc.abstractmethod
-    def convex_contact(self, linear: Any) -> Float[np.ndarray, " nonzeros"]:
-        """The stiffness' data with contact made convex, to step with where it is not the branch's."""
+    def convex_walls(self, linear: Any) -> Float[np.ndarray, " nonzeros"]:
+        """The stiffness' data with contact of walls made convex, pair by pair."""
+
+    @abc.abstractmethod
+    def roundness(self, linear: Any) -> Float[np.ndarray, " nonzeros"]:
+        """What of the stiffness' data comes with the rod's roundness, off which a pressed wall slides."""
 
     @abc.abstractmethod
     def viscous(self, at: Any, rate: float) -> Any:

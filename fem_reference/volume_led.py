@@ -226,9 +226,13 @@ class VolumeLed(Problem):
         """See `Problem.keeps`."""
         return self.problem.keeps(linear.actuator, at.deformation)
 
-    def convex_contact(self, linear: FilledLinearisation) -> Float[np.ndarray, " nonzeros"]:
-        """See `Problem.convex_contact`."""
-        return self.problem.convex_contact(linear.actuator)
+    def convex_walls(self, linear: FilledLinearisation) -> Float[np.ndarray, " nonzeros"]:
+        """See `Problem.convex_walls`."""
+        return self.problem.convex_walls(linear.actuator)
+
+    def roundness(self, linear: FilledLinearisation) -> Float[np.ndarray, " nonzeros"]:
+        """See `Problem.roundness`."""
+        return self.problem.roundness(linear.actuator)
 
     def viscous(self, at: Filled, rate: float) -> ViscousSolid:
         """See `Problem.viscous`."""

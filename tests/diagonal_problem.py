@@ -77,8 +77,11 @@ class Diagonal(Problem):
     def keeps(self, linear, at):
         return True
 
-    def convex_contact(self, linear):
+    def convex_walls(self, linear):
         return linear.data
+
+    def roundness(self, linear):
+        return np.zeros_like(linear.data)
 
     def viscous(self, at, rate):
         return Resistance(at, rate)

@@ -1,10 +1,11 @@
-"""Shares of convex contact, and steps with another matrix that are alike: many of them are taken at once."""
+"""Shares of the roundness left out; steps with another matrix that are alike: many are taken at once."""
 
 import numpy as np
 import pytest
 
 from fem_reference.damping import Damping, Stretch
 from fem_reference.linear_solver import PardisoSolver
+from fem_reference.problem import UnstableError
 from tests.diagonal_problem import Diagonal, Push
 
 DIRECTION = 1e-3 * np.random.default_rng(0).uniform(-1.0, 1.0, (40, 3))
@@ -52,27 +53,53 @@ def test_a_step_after_a_break_does_not_follow_from_the_last():
 
 
 class Rounded(Diagonal):
-    """Springs to which contact adds 4 N/mm where it is taken as convex."""
+    """Springs with contact of walls that slide, −1 N/mm, and a round rod's, −4 N/mm."""
 
     exact = False
 
-    def convex_contact(self, linear):
-        return linear.data + 4.0
+    def convex_walls(self, linear):
+        return linear.data + 1.0
+
+    def roundness(self, linear):
+        return np.full_like(linear.data, -4.0)
 
 
 @pytest.mark.parametrize(
-    ("softening", "least", "expected"),
+    ("stiffness", "least", "expected"),
     [
-        (0.9, 0.0, [0.25, 0.125]),  # the first share serves, and less may
-        (0.9, 1.0, [1.0, 0.5]),  # what is not tried is not known to be too little
-        (1.5, 0.0, [0.5, 0.5]),  # a quarter was too little
-        (1.5, 0.5, [0.5, 0.25]),
-        (2.5, 0.5, [1.0, 1.0]),  # a half was too little
+        (-0.9, 0.0, [0.0, 0.0]),  # convex walls are enough
+        (-0.9, 1.0, [1.0, 0.5]),  # what is not tried is not known to be too little
+        (-0.9, 0.25, [0.25, 0.0]),
+        (-1.5, 0.0, [0.25, 0.25]),  # all of the roundness was too much
+        (-2.5, 0.0, [0.5, 0.5]),
+        (-2.5, 0.5, [0.5, 0.25]),
+        (-3.5, 0.5, [1.0, 1.0]),  # half of it was too much
     ],
 )
-def test_shares_of_convex_contact(softening, least, expected):
-    problem = Rounded(lambda x: -softening * x, lambda x: np.full_like(x, -softening), 1, reach=1.0)
+def test_as_much_of_the_roundness_is_left_out_as_it_takes(stiffness, least, expected):
+    problem = Rounded(lambda x: stiffness * x, lambda x: np.full_like(x, stiffness), 1, reach=1.0)
     damping = Damping(problem, PardisoSolver(), 0, viscous=False, least=least)
     at = np.zeros(1)
     damping.factorise(at, problem.linearise(at, Push(at)), first=False)
     assert [damping.share, damping.next_share] == expected
+
+
+def test_where_the_stiffness_must_be_its_own_all_of_the_roundness_is_left_out():
+    problem = Rounded(lambda x: -0.9 * x, lambda x: np.full_like(x, -0.9), 1, reach=1.0)
+    problem.exact = True
+    damping = Damping(problem, PardisoSolver(), 0, viscous=False)
+    at = np.zeros(1)
+    damping.factorise(at, problem.linearise(at, Push(at)), first=False)
+    assert damping.share == 1.0
+
+
+def test_what_no_share_changes_leaves_the_roundness_as_it_is():
+    """A single element that lacks its pressure, where steps begin."""
+    stiffness = np.array([-0.9, -100.0])
+    problem = Rounded(lambda x: stiffness * x, lambda x: stiffness, 2, reach=1.0)
+    damping = Damping(problem, PardisoSolver(), 0, viscous=False)
+    at = np.zeros(2)
+    damping.factorise(at, problem.linearise(at, Push(at)), first=True)
+    assert [damping.share, damping.next_share] == [0.0, 0.0]
+    with pytest.raises(UnstableError, match="1 negative eigenvalues more than the branch"):
+        damping.factorise(at, problem.linearise(at, Push(at)), first=False)

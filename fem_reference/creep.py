@@ -8,6 +8,7 @@ motions meet no resistance: a wall that snaps does not keep the rest of a slende
 """
 
 import logging
+import math
 from typing import Any
 
 from fem_reference.linear_solver import SymmetricSolver
@@ -22,6 +23,9 @@ _FIRST_RATE = 0.5
 _FASTER, _SLOWER = 2.0, 3.0
 _AT_REST, _LARGEST_RATE = 0.03, 1e3
 _EASY = 3
+# The longest step after one that failed, as a share of what that one would have been, and how it grows again:
+# where walls slide, one that fails costs as much as four that do not.
+_BELOW_FAILED, _FORGET = 0.7, 1.1
 _MAX_STEPS = 80
 
 
@@ -34,6 +38,8 @@ def creep(problem: Problem, solver: SymmetricSolver, target: Any, start: Any) ->
         Where it does not come to rest, or its steps become too short.
     """
     at, rate, iterations = start, _FIRST_RATE, 0
+    # Length of the last step times its rate, and of the longest that is tried.
+    reached, longest = math.inf, math.inf
     reason = ""
     for step in range(_MAX_STEPS):
         final = rate < _AT_REST
@@ -44,6 +50,7 @@ def creep(problem: Problem, solver: SymmetricSolver, target: Any, start: Any) ->
             _LOG.debug("creep %d: a step at rate %.3g failed: %s", step, rate, error)
             reason = str(error)
             rate = _AT_REST if final else rate
+            longest = _BELOW_FAILED * reached / rate
             rate *= _SLOWER
             if rate > _LARGEST_RATE:
                 break
@@ -54,6 +61,7 @@ def creep(problem: Problem, solver: SymmetricSolver, target: Any, start: Any) ->
             _LOG.debug("creep: at rest after %d steps", step)
             return Equilibrium(at, found.linear, iterations, found.residual, found.excess_negative)
         _LOG.debug("creep %d: rate %.3g, %d iterations", step, rate, found.iterations)
-        if found.iterations <= _EASY:
+        reached, longest = found.longest * rate, _FORGET * longest
+        if found.iterations <= _EASY and _FASTER * found.longest <= max(longest, problem.noise):
             rate /= _FASTER
     raise NewtonError(f"the body does not creep to rest in {step + 1} steps; the last failure: {reason}")

@@ -196,9 +196,9 @@ def _iterate(
             stretch.forget()
         (at, whole), before = admissible_part(problem, at, step, linear, fraction), linear
         if viscous is not None and whole:
-            left, _ = imbalance(problem, problem.renewed(linear, at, target, viscous), target, iteration)
-            if left <= ROUGH_FORCE:
-                return Equilibrium(at, None, iteration + 1, left, None)
+            remaining, _ = imbalance(problem, problem.renewed(linear, at, target, viscous), target, iteration)
+            if remaining <= ROUGH_FORCE:
+                return Equilibrium(at, None, iteration + 1, remaining, None)
         # The first stiffness still has the threads' old tension in it.
         if not (whole and fraction == 1.0 and iteration > 0):
             continue

@@ -26,6 +26,10 @@ _JAMMED_FORCE, _JAMMED = 2e-2, 0.02
 # to share out theirs.
 ROUGH, ROUGH_FORCE = 0.2, 5e-2
 _ROUGH_NEXT = 0.04
+# Steps longer than this share of the size below which a stiffness is kept have what they bring together held
+# apart; shorter ones are cut. A way that is held back has forces of its own: where two edges are much closer
+# than a step is long, holding and stepping undo each other for good.
+_SHORT = 0.02
 _MAX_BACKTRACKS = 12
 
 
@@ -67,7 +71,8 @@ def admissible_part(problem: Problem, at: Any, step: Any, linear: Any, fraction:
         allowed = problem.allowed(linear, trial)
         if allowed < 1.0:
             whole, plain = False, trial
-            trial = problem.held_apart(at, plain)
+            if fraction * problem.size(step, linear) > _SHORT * problem.nearby:
+                trial = problem.held_apart(at, plain)
             if trial is not plain:
                 allowed = problem.allowed(linear, trial)
         if allowed >= 1.0:

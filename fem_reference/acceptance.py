@@ -29,7 +29,7 @@ _ROUGH_NEXT = 0.04
 # Steps longer than this share of the size below which a stiffness is kept have what they bring together held
 # apart; shorter ones are cut. A way that is held back has forces of its own: where two edges are much closer
 # than a step is long, holding and stepping undo each other for good.
-_SHORT = 0.02
+SHORT = 0.02
 _MAX_BACKTRACKS = 12
 
 
@@ -71,7 +71,7 @@ def admissible_part(problem: Problem, at: Any, step: Any, linear: Any, fraction:
         allowed = problem.allowed(linear, trial)
         if allowed < 1.0:
             whole, plain = False, trial
-            if fraction * problem.size(step, linear) > _SHORT * problem.nearby:
+            if fraction * problem.size(step, linear) > SHORT * problem.nearby:
                 trial = problem.held_apart(at, plain)
             if trial is not plain:
                 allowed = problem.allowed(linear, trial)

@@ -37,6 +37,7 @@ from fem_reference.acceptance import (
     MOMENT_TOLERANCE,
     ROUGH,
     ROUGH_FORCE,
+    SHORT,
     admissible_part,
     at_noise,
     imbalance,
@@ -195,7 +196,8 @@ def _iterate(
         else:
             stretch.forget()
         (at, whole), before = admissible_part(problem, at, step, linear, fraction), linear
-        if viscous is not None and whole:
+        # What is cut of next to nothing is not worth another step.
+        if viscous is not None and (whole or size <= SHORT * problem.nearby):
             remaining, _ = imbalance(problem, problem.renewed(linear, at, target, viscous), target, iteration)
             if remaining <= ROUGH_FORCE:
                 return Equilibrium(at, None, iteration + 1, remaining, None)

@@ -117,7 +117,7 @@ def test_where_contact_was_convex_it_may_be_so_from_the_start():
         )
         # Steps with 3x² + 1 in place of 3x² − 1 halve the distance, 0.02 mm in the last.
         np.testing.assert_allclose(found.configuration, 1.0, rtol=0, atol=0.02)
-        assert found.convex is not None
+        assert found.convex == 0.5
         assert found.excess_negative == 0
         least[convex] = min(solver.least)
     assert least[None] < 0.0 < least[1.0]

@@ -16,6 +16,7 @@ from fem_reference.linear_solver import SymmetricSolver
 from fem_reference.problem import NewtonError, Problem
 from fem_reference.rod_frame import RodFrame
 from fem_reference.viscous_solid import ViscousSolid
+from fem_reference.wall_contact import Way
 
 _WALL_MARGIN = 0.6
 # Displacement by which walls are held back at most [mm].
@@ -159,16 +160,19 @@ class ActuatorProblem(Problem):
         return self._share(linear.positions, trial.positions, -0.9)
 
     def held_apart(self, at: Deformation, trial: Deformation) -> Deformation:
-        """The trial with walls that it lets pass through each other held apart, seen from the rod.
+        """The trial with walls that it lets pass through each other held apart.
 
         Itself where some would be held back by much: elements behind them would be crushed, which costs more
         iterations than a shorter step.
         """
-        start, end = (self._frame.straightened(d.positions) for d in (at, trial))
-        held = self.equations.walls.held_apart(start, end)
+        nodes = slice(self.equations.nodes)
+        start, end = at.positions, trial.positions
+        held = self.equations.walls.held_apart(start[nodes], end[nodes], self._seen(start, end))
         if held is None or float(np.abs(held).max()) > _MOST_HELD:
             return trial
-        return replace(trial, positions=self._frame.moved(trial.positions, held))
+        moved = end.copy()
+        moved[nodes] += held
+        return replace(trial, positions=moved)
 
     def mean(self, states: list[Deformation], weights: list[float]) -> Deformation:
         """Weighted mean, taken in the frame of the rod."""
@@ -199,19 +203,24 @@ class ActuatorProblem(Problem):
         """Share of the way to an extrapolated deformation that Newton's method may start from."""
         return self._share(at.positions, guess.positions, -0.5)
 
+    def _seen(self, start: Float[np.ndarray, "points 3"], end: Float[np.ndarray, "points 3"]) -> Way:
+        """A step seen from the rod.
+
+        Sections move by millimetres, the walls in them by hundredths: the search for pairs that may touch has
+        a hundredth of them to look at.
+        """
+        return self._frame.straightened(start), self._frame.straightened(end)
+
     def _share(
         self,
         start: Float[np.ndarray, "points 3"],
         end: Float[np.ndarray, "points 3"],
         least_dilatation: float,
     ) -> float:
-        """Share of a step before walls meet; half, where the rod or an element blocks it.
-
-        Sections move by millimetres, the walls in them by hundredths: seen from the rod, the search has a
-        hundredth of the pairs to look at.
-        """
+        """Share of a step before walls meet; half, where the rod or an element blocks it."""
         equations = self.equations
-        limit = equations.walls.step_limit(self._frame.straightened(start), self._frame.straightened(end))
+        nodes = slice(equations.nodes)
+        limit = equations.walls.step_limit(start[nodes], end[nodes], self._seen(start, end))
         if limit < 1.0:
             return _WALL_MARGIN * limit
         good = (

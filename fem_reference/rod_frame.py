@@ -55,16 +55,6 @@ class RodFrame:
         local[:, 2] += self._stations
         return local
 
-    def moved(
-        self, positions: Float[np.ndarray, "points 3"], by: Float[np.ndarray, "nodes 3"]
-    ) -> Float[np.ndarray, "points 3"]:
-        """Positions with the nodes moved by vectors that are given in the frames of their sections."""
-        moved = positions.copy()
-        nodes = len(self._level)
-        _, frames = self.frames(positions[nodes:])
-        moved[:nodes] += np.einsum("nij,nj->ni", frames[self._level], by)
-        return moved
-
     def mean(
         self, positions: list[Float[np.ndarray, "points 3"]], weights: list[float]
     ) -> Float[np.ndarray, "points 3"]:

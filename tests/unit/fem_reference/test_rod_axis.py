@@ -135,11 +135,3 @@ def test_bending_extrapolates_along_the_arc_and_not_along_the_chord(frame, axis)
     along = np.abs(frame.mean([second, first], [2.0, -1.0]) - third).max()
     assert straight > 1.5
     assert along < 1e-2 * straight
-
-
-def test_nodes_are_moved_in_the_frames_of_their_sections(frame, axis):
-    x = bent(frame, axis, 0.06)
-    by = np.random.default_rng(3).uniform(-0.1, 0.1, (63, 3))
-    moved = frame.moved(x, by)
-    np.testing.assert_allclose(frame.straightened(moved), frame.straightened(x) + by, atol=1e-12)
-    np.testing.assert_array_equal(moved[63:], x[63:])

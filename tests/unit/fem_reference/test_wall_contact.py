@@ -135,6 +135,22 @@ def test_a_step_through_a_wall_is_cut_before_it_touches(walls, equations, rest):
     assert walls.step_limit(rest, with_inner_arc_moved(equations, 2.4)) == 1.0
 
 
+def test_where_pairs_are_seen_does_not_tell_when_they_touch(walls, equations, rest):
+    """Seen apart by 0.03 mm, or passing through each other, where they do the contrary."""
+    through, apart = (with_inner_arc_moved(equations, by) for by in (2.6, 2.47))
+    limit = walls.step_limit(rest, through)
+    assert limit < 1.0
+    assert walls.step_limit(rest, through, (rest, apart)) == limit
+    assert walls.step_limit(rest, apart, (rest, through)) == 1.0
+
+
+def test_walls_are_held_apart_wherever_pairs_are_seen(walls, rest, x):
+    through = x - 1.25 * rest * [0.0, 0.012, 0.0]
+    held = walls.held_apart(x, through)
+    np.testing.assert_array_equal(walls.held_apart(x, through, (x, through)), held)
+    assert walls.held_apart(rest, x, (rest, through)) is None
+
+
 def test_a_wall_pushed_through_another_is_seen(walls, equations):
     assert walls.intersects(with_inner_arc_moved(equations, 4.0))
 

@@ -17,19 +17,12 @@ MOMENT_TOLERANCE = 1e-8
 # may end in a cycle about such a jump. It is accepted below this force [N] once the whole step is within the
 # problem's noise, which bounds what is lost, and below this moment [N mm].
 CONTACT_FORCE_TOLERANCE, CONTACT_MOMENT_TOLERANCE = 1e-3, 1e-4
-# A node that is jammed between close walls keeps more, as it is held by a stiffness of 1e3 N/mm: of such a
-# force [N], once no node has farther to go than this share of the noise.
-_JAMMED_FORCE, _JAMMED = 2e-2, 0.02
 # Share of the size below which a stiffness is kept, with which an equilibrium on the way to another ends; of
 # what the next step would be, if steps shrink on as they do; and the force [N] below which it may do so with
 # a matrix that was made convex, or after a second step as small: single nodes between close walls take long
 # to share out theirs.
 ROUGH, ROUGH_FORCE = 0.2, 5e-2
 _ROUGH_NEXT = 0.04
-# Steps longer than this share of the size below which a stiffness is kept have what they bring together held
-# apart; shorter ones are cut. A way that is held back has forces of its own: where two edges are much closer
-# than a step is long, holding and stepping undo each other for good.
-SHORT = 0.02
 _MAX_BACKTRACKS = 12
 
 
@@ -52,9 +45,9 @@ def is_near(problem: Problem, size: float, last_size: float) -> bool:
 def at_noise(problem: Problem, step: Any, force: float, moment: float) -> bool:
     """Whether all that is left is what the contact's jumps may leave."""
     farthest = float(np.abs(step.positions).max())
-    jammed = force <= _JAMMED_FORCE and farthest <= _JAMMED * problem.noise
     return (
-        (jammed or (force <= CONTACT_FORCE_TOLERANCE and farthest <= problem.noise))
+        force <= CONTACT_FORCE_TOLERANCE
+        and farthest <= problem.noise
         and moment <= CONTACT_MOMENT_TOLERANCE
         and problem.is_small(step)
     )
@@ -71,8 +64,7 @@ def admissible_part(problem: Problem, at: Any, step: Any, linear: Any, fraction:
         allowed = problem.allowed(linear, trial)
         if allowed < 1.0:
             whole, plain = False, trial
-            if fraction * problem.size(step, linear) > SHORT * problem.nearby:
-                trial = problem.held_apart(at, plain)
+            trial = problem.held_apart(at, plain)
             if trial is not plain:
                 allowed = problem.allowed(linear, trial)
         if allowed >= 1.0:

@@ -81,7 +81,8 @@ class Settled:
     iterations : of Newton's method since the state before.
     residual : largest nodal force left [N].
     stable : whether it is a minimum of its energy: no negative pivot in the stiffness, in which contact of
-        walls is taken as convex. None where the linear solver does not tell.
+        walls is taken as convex, and that with the rod where it takes that. None where the linear solver does
+        not tell.
     jumped : whether walls lost their balance since the state before, so that this one is on another branch.
     memory : of the path that led here.
     """

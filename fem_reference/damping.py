@@ -58,6 +58,8 @@ class Damping:
         shares = _SHARES[-1:] if problem.exact else _SHARES
         self._shares = tuple(share for share in shares if share >= least)
         self._raised = False
+        #: Whether the last matrix had no negative pivots without viscosity.
+        self.bare = False
 
     @property
     def share(self) -> float:
@@ -85,7 +87,8 @@ class Damping:
             data = convex - share * roundness
             excess = self._excess(data, linear)
             _LOG.debug("walls convex, %.2g of roundness left out: %d negative pivots", share, excess)
-            if excess <= 0:
+            self.bare = excess <= 0
+            if self.bare:
                 # What was too little stays so as long as steps do not leave the place.
                 self._leave_out(len(counts))
                 return
@@ -129,10 +132,10 @@ class Stretch:
     """
 
     def __init__(self) -> None:
-        self._last: Float[np.ndarray, "points 3"] | None = None
+        self._last: Float[np.ndarray, ...] | None = None
         self._row = 0
 
-    def factor(self, step: Float[np.ndarray, "points 3"]) -> float:
+    def factor(self, step: Float[np.ndarray, "..."]) -> float:
         """Of this step, the next after the one that was asked about last; 1 where they are not alike."""
         last, self._last = self._last, step
         if last is None:

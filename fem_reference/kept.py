@@ -98,8 +98,8 @@ def mix_steps(
         if size <= last_step and force <= last_force and moment <= last_moment:
             return at, linear, force, mixing.smallest
         if since > _LED_NOWHERE and linear.walls_touch and at_noise(problem, step, force, moment):
-            # Steps of contact's noise do not tell a stiffness; where another follows, that one does.
-            return at, linear, force, np.inf if problem.exact else mixing.smallest
+            # Steps of contact's noise do not tell a stiffness.
+            return at, linear, force, np.inf
         if since > (_LED_NOWHERE if rough else _LED_ASTRAY):
             break
         if size > _TOO_FAR * smallest:

@@ -37,7 +37,6 @@ from fem_reference.acceptance import (
     MOMENT_TOLERANCE,
     ROUGH,
     ROUGH_FORCE,
-    SHORT,
     admissible_part,
     at_noise,
     imbalance,
@@ -175,6 +174,8 @@ def _iterate(
             return _settled(problem, solver, at, linear, iteration, force, excess)
         patient = mixed or iteration >= _PATIENCE
         if patient and linear.walls_touch and at_noise(problem, step, force, moment):
+            if convex and damping.bare and not problem.exact:
+                return Equilibrium(at, linear, iteration, force, inertia, convex=damping.next_share)
             return _settled(problem, solver, at, linear, iteration, force, excess)
         history.append(force)
         too_long += convex and size > problem.reach
@@ -196,8 +197,7 @@ def _iterate(
         else:
             stretch.forget()
         (at, whole), before = admissible_part(problem, at, step, linear, fraction), linear
-        # What is cut of next to nothing is not worth another step.
-        if viscous is not None and (whole or size <= SHORT * problem.nearby):
+        if viscous is not None and whole:
             remaining, _ = imbalance(problem, problem.renewed(linear, at, target, viscous), target, iteration)
             if remaining <= ROUGH_FORCE:
                 return Equilibrium(at, None, iteration + 1, remaining, None)
@@ -221,11 +221,10 @@ def _iterate(
         if size <= problem.nearby * (_KEPT_CONVEX if convex else 1.0) and problem.keeps(linear, at):
             if convex:
                 at, linear, force, softest = mix_steps(problem, solver, target, at, linear, False)
-                if softest is not None and not problem.exact:
-                    left = inertia if np.isinf(softest) else int(softest < 0.0)
-                    return Equilibrium(at, linear, iteration + 1, force, left, convex=damping.next_share)
                 if softest is not None and softest < 0.0:
                     raise UnstableError("mixed steps lead to where the stiffness is negative along them")
+                # What was in contact where the factors are from may have come free since: only new ones tell
+                # how far it still is.
                 mixed = softest is not None
                 continue
             at, linear, force, balanced = keep_stiffness(problem, solver, target, at, linear, size)

@@ -94,15 +94,6 @@ def test_a_step_in_time_does_not_end_with_something_in_the_way():
     np.testing.assert_allclose(found.configuration, 0.5, rtol=1e-14)
 
 
-def test_a_step_in_time_ends_with_something_in_the_way_of_next_to_nothing():
-    """A thousandth of 0.5 mm is left by the first step, and most of that by all others."""
-    spring, target, start = Blocked(0.999, 1.0, *(0.15, 1.0) * 8), Push(np.ones(1)), np.zeros(1)
-    spring.nearby = 0.05
-    found = solve_equilibrium(spring, PardisoSolver(), target, start, viscous=spring.viscous(start, 1.0))
-    np.testing.assert_allclose(found.configuration, 0.5 - 0.85 * 5e-4, rtol=1e-12)
-    assert found.iterations == 2
-
-
 def test_a_step_in_time_does_not_end_under_a_large_force():
     """One of a hundred springs hardens: 0.8 N are left to it, with a step that is small beside the first."""
     hard = np.array([1.0, *np.zeros(99)])

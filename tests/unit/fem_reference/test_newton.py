@@ -95,6 +95,43 @@ def test_mixed_steps_that_end_in_noise_do_not_tell_the_stiffness(start):
     assert found.excess_negative == 0
 
 
+class Opening(Diagonal):
+    """Two springs, of 1 and of 0.05 N/mm, the first with a negative pivot unless contact is convex.
+
+    The second has a wall in its way that it leaves by 0.01 mm, and which is the stiffer the farther inside.
+    """
+
+    noise, nearby, exact = 1e-3, 0.1, False
+    spring, left, wall = 0.05, 0.01, 50.0
+
+    def __init__(self):
+        super().__init__(self.force, self.stiffness, 2, reach=0.5)
+
+    def force(self, x):
+        opened = self.spring * (x[1] - self.left) - self.wall * min(x[1], 0.0) ** 2
+        return np.array([x[0] - 1.0, opened])
+
+    def stiffness(self, x):
+        return np.array([-0.5, self.spring - 2.0 * self.wall * min(x[1], 0.0)])
+
+    def convex_walls(self, linear):
+        return np.where(linear.data < 0.0, 2.0, linear.data)
+
+    def renewed(self, linear, at, target, viscous=None):
+        linear = super().renewed(linear, at, target, viscous)
+        return replace(linear, residual=linear.residual + 1e-5 * np.sin(1e7 * at), walls_touch=True)
+
+
+@pytest.mark.parametrize("start", [-0.1, -0.2])
+def test_mixed_steps_that_end_in_noise_are_not_the_end(start):
+    """With factors from inside the wall a force of 5e-4 N leads on by 1e-5 mm, and not by 0.01."""
+    target, at = Push(np.zeros(2)), np.array([0.9, start])
+    found = solve_equilibrium(Opening(), PardisoSolver(), target, at)
+    # The noise of 1e-5 N over 0.05 N/mm, and what of a step is noise.
+    np.testing.assert_allclose(found.configuration, [1.0, Opening.left], rtol=0, atol=2e-4 + Opening.noise)
+    assert found.excess_negative == 0
+
+
 class Counted(PardisoSolver):
     """PARDISO that keeps the smallest number of every matrix."""
 

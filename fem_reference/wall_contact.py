@@ -30,9 +30,9 @@ _HELD, _HELD_SHARE = 0.3 * ACTIVATION, 0.4
 _ROUNDS, _SWEEPS = 8, 40
 # How near to the first touch pairs are looked for, as a share of the way there.
 _NEAR_TOUCH = 0.9
-# By how much walls may be nearer each other [mm] than where they are seen from: as much as an edge is off the
-# arc between its ends, a hundredth of a millimetre where the body is bent by a half turn.
-_SEEN_NEARER = ACTIVATION
+# How far a wall may be from where it is seen [mm]: as far as an edge is off the arc between its ends. That is
+# 0.007 mm at a curvature of 0.1/mm, twice a half turn's, where elements of 0.5 mm are stretched by half.
+_SEEN_OFF = 0.02
 
 #: Positions of all nodes at the start and the end of a step [mm].
 Way = tuple[Float[np.ndarray, "nodes 3"], Float[np.ndarray, "nodes 3"]]
@@ -183,7 +183,7 @@ class WallContact:
             candidates.build(self._mesh, first, last)
         else:
             from_there, to_there = (self._vertices(positions) for positions in seen)
-            candidates.build(self._mesh, from_there, to_there, _SEEN_NEARER)
+            candidates.build(self._mesh, from_there, to_there, _SEEN_OFF)
         return candidates
 
     def _free_share(self, candidates: ipctk.Candidates, first: np.ndarray, last: np.ndarray) -> float:

@@ -132,7 +132,7 @@ class Stretch:
     """
 
     def __init__(self) -> None:
-        self._last: Float[np.ndarray, ...] | None = None
+        self._last: np.ndarray | None = None
         self._row = 0
 
     def factor(self, step: Float[np.ndarray, "..."]) -> float:

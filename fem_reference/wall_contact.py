@@ -175,7 +175,8 @@ class WallContact:
         that were straight would be arcs there.
         """
         first, last = self._vertices(start), self._vertices(end)
-        return self._free_share(self._candidates(first, last, seen), first, last)
+        candidates = self._candidates(first, last, seen)
+        return float(candidates.compute_collision_free_stepsize(self._mesh, first, last))
 
     def _candidates(self, first: np.ndarray, last: np.ndarray, seen: Way | None) -> ipctk.Candidates:
         candidates = ipctk.Candidates()
@@ -185,9 +186,6 @@ class WallContact:
             from_there, to_there = (self._vertices(positions) for positions in seen)
             candidates.build(self._mesh, from_there, to_there, _SEEN_OFF)
         return candidates
-
-    def _free_share(self, candidates: ipctk.Candidates, first: np.ndarray, last: np.ndarray) -> float:
-        return float(candidates.compute_collision_free_stepsize(self._mesh, first, last))
 
     def held_apart(
         self,
@@ -208,7 +206,7 @@ class WallContact:
         first, wanted = self._vertices(start), self._vertices(end)
         last, candidates = wanted, self._candidates(first, wanted, seen)
         for _ in range(_ROUNDS):
-            touch = self._free_share(candidates, first, last)
+            touch = candidates.compute_collision_free_stepsize(self._mesh, first, last)
             if touch >= 1.0:
                 break
             last = self._parted(first, np.asfortranarray(first + _NEAR_TOUCH * touch * (last - first)), last)

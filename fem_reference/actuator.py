@@ -81,8 +81,7 @@ class Settled:
     iterations : of Newton's method since the state before.
     residual : largest nodal force left [N].
     stable : whether it is a minimum of its energy: no negative pivot in the stiffness, in which contact of
-        walls is taken as convex, and that with the rod where it takes that. None where the linear solver does
-        not tell.
+        walls is taken as convex and that with the rod as it is. None where the linear solver does not tell.
     jumped : whether walls lost their balance since the state before, so that this one is on another branch.
     memory : of the path that led here.
     """
@@ -240,7 +239,7 @@ class Actuator:
         self, found: Equilibrium, target: ActuatorTarget, iterations: int, follower: VolumePathFollower
     ) -> Settled:
         linear, excess = found.linear, found.excess_negative
-        if found.convex is not None or excess:
+        if excess is not None and found.excess_as_it_is != 0:
             # Contact without the rod's roundness may hold what sways around it. Pairs of walls in contact
             # have negative pivots of their own, as nodes slide off edges.
             linear = self._problem.linearise(found.configuration, target)

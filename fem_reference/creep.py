@@ -9,6 +9,7 @@ motions meet no resistance: a wall that snaps does not keep the rest of a slende
 
 import logging
 import math
+from dataclasses import replace
 from typing import Any
 
 from fem_reference.linear_solver import SymmetricSolver
@@ -59,7 +60,7 @@ def creep(problem: Problem, solver: SymmetricSolver, target: Any, start: Any) ->
         at = found.configuration
         if final:
             _LOG.debug("creep: at rest after %d steps", step)
-            return Equilibrium(at, found.linear, iterations, found.residual, found.excess_negative)
+            return replace(found, configuration=at, iterations=iterations, convex=None)
         _LOG.debug("creep %d: rate %.3g, %d iterations", step, rate, found.iterations)
         reached, longest = found.longest * rate, _FORGET * longest
         if found.iterations <= _EASY and _FASTER * found.longest <= max(longest, problem.noise):

@@ -267,9 +267,10 @@ def _settled(
     excess: int | None,
 ) -> Equilibrium:
     """The equilibrium, with its inertia free of the contact's own, and the exact factors in the solver."""
+    as_it_is = excess
     if excess:
         data = problem.convex_walls(linear) - problem.roundness(linear)
         excess = solver.factorise(problem.pattern.matrix(data), problem.pattern.revision)
         excess = problem.excess(solver, linear, excess)
         solver.factorise(problem.pattern.matrix(linear.data), problem.pattern.revision)
-    return Equilibrium(at, linear, iterations, force, excess)
+    return Equilibrium(at, linear, iterations, force, excess, excess_as_it_is=as_it_is)

@@ -53,6 +53,7 @@ class Equilibrium:
     excess_negative : negative pivots of the stiffness beyond those of the constraints, with
         contact taken as convex; above zero the body is at a saddle of its energy. None where the linear
         solver does not tell.
+    excess_as_it_is : the same of the stiffness with contact as it is; None where it was not looked at.
     longest : size of the longest step on the way there [mm].
     convex : where the last matrix had its contact made convex, the share of the rod's roundness to leave out
         of the next one's to begin with; else None.
@@ -65,6 +66,7 @@ class Equilibrium:
     excess_negative: int | None
     longest: float = 0.0
     convex: float | None = None
+    excess_as_it_is: int | None = None
 
 
 class Problem(abc.ABC):

@@ -173,6 +173,11 @@ def test_a_maximum_is_told_where_it_is_the_start():
     assert found.excess_negative == 2
 
 
+def test_what_only_contact_without_its_roundness_holds_is_told_as_it_is():
+    found = solve(Rounded(), 0.0, 0.0)
+    assert (found.excess_negative, found.excess_as_it_is) == (0, 2)
+
+
 def test_a_branch_of_saddles_is_followed_where_it_is_asked_for():
     found = solve(double_well(), 0.01, 0.1, inertia=1)
     # x³ − x = 0.01 next to zero: x = −0.01 − 10⁻⁶ + ...

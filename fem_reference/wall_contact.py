@@ -124,15 +124,19 @@ class WallContact:
         reach = _NEAR * ACTIVATION
         candidates = ipctk.Candidates()
         candidates.build(self._mesh, vertices, reach / 2.0)
-        pairs = [np.empty((0, 2), int)]
-        for kind in (candidates.fv_candidates, candidates.ee_candidates):
-            for pair in kind:
-                if pair.compute_distance(pair.dof(vertices, edges, faces)) <= reach**2:
-                    members = self.nodes[pair.vertex_ids(edges, faces)]
-                    pairs.append(np.stack(np.meshgrid(members, members), axis=-1).reshape(-1, 2))
-        rows, columns = (3 * np.unique(np.concatenate(pairs), axis=0).T[:, :, None, None]).repeat(3, axis=2)
+        near = [
+            pair.vertex_ids(edges, faces)
+            for kind in (candidates.fv_candidates, candidates.ee_candidates)
+            for pair in kind
+            if pair.compute_distance(pair.dof(vertices, edges, faces)) <= reach**2
+        ]
+        members, count = np.array(near, int).reshape(-1, 4), len(self.nodes)
+        both = np.unique(members[:, :, None] * count + members[:, None, :])
         components = np.arange(3)
-        rows, columns = np.broadcast_arrays(rows + components[:, None], columns + components)
+        rows, columns = np.broadcast_arrays(
+            3 * self.nodes[both // count, None, None] + components[:, None],
+            3 * self.nodes[both % count, None, None] + components,
+        )
         size = positions.size
         return sparse.csr_matrix((np.ones(rows.size), (rows.ravel(), columns.ravel())), shape=(size, size))
 

@@ -13,7 +13,9 @@ Nocedal and Wright (2006), Numerical Optimization, §19.3. Li et al. (2020), Inc
 the barrier b = −(s − 1)² ln s of the squared distance, s = (d/d̂)².
 """
 
+import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import ipctk
 import numpy as np
@@ -102,9 +104,13 @@ def wall_pairs(
     count = len(collisions)
     kinds, members = np.zeros(count, int), np.zeros((count, 4), int)
     distance, area, gradient = np.empty(count), np.empty(count), np.zeros((count, 4, 3))
-    for i in range(count):
-        kinds[i], found, distance[i], slope, area[i] = _measured(collisions, i, mesh, vertices)
-        members[i, : len(found)], gradient[i, : len(found)] = found, slope
+    edges, faces, i = mesh.edges, mesh.faces, 0
+    for kind, of_kind in enumerate(_by_kind(collisions)):
+        kinds[i : i + len(of_kind)] = kind
+        for pair in of_kind:
+            found, distance[i], slope, area[i] = _measured(pair, vertices, edges, faces)
+            members[i, : len(found)], gradient[i, : len(found)] = found, slope
+            i += 1
     force, law = barrier_force(distance, activation, stiffness)
     pairs = WallPairs(vertices, kinds, members, gradient, area, distance, force, law, law)
     if before is None:
@@ -117,20 +123,26 @@ def wall_pairs(
     return replace(pairs, stiffness=taken)
 
 
-def _measured(
-    collisions: ipctk.NormalCollisions, index: int, mesh: ipctk.CollisionMesh, vertices: np.ndarray
-) -> tuple[int, list[int], float, np.ndarray, float]:
-    """Kind, vertices, distance, its gradient, and area of one pair.
+def _by_kind(collisions: ipctk.NormalCollisions) -> tuple[list, list, list, list]:
+    """The pairs of each kind, in the order of `WallPairs`.
 
-    A function of its own, so that Python's handle of the pair is gone before ``collisions`` are: it may not
-    outlive them.
+    Python's handles of them may not outlive ``collisions``.
     """
-    of_kind = (collisions.is_vertex_vertex, collisions.is_edge_vertex, collisions.is_edge_edge)
-    kind = next((kind for kind, is_one in enumerate(of_kind) if is_one(index)), len(of_kind))
-    pair, edges, faces = collisions[index], mesh.edges, mesh.faces
+    return (
+        collisions.vv_collisions,
+        collisions.ev_collisions,
+        collisions.ee_collisions,
+        collisions.fv_collisions,
+    )
+
+
+def _measured(
+    pair: Any, vertices: np.ndarray, edges: np.ndarray, faces: np.ndarray
+) -> tuple[list[int], float, np.ndarray, float]:
+    """Vertices of a pair, its distance, that one's gradient, and area."""
     points, size = pair.dof(vertices, edges, faces), pair.num_vertices()
     # ipctk's distances are squared ones.
-    distance = float(np.sqrt(pair.compute_distance(points)))
-    gradient = np.reshape(pair.compute_distance_gradient(points), (size, 3)) / (2.0 * distance)
+    distance = math.sqrt(pair.compute_distance(points))
+    gradient = pair.compute_distance_gradient(points).reshape(size, 3) / (2.0 * distance)
     area = pair.weight * (pair.mollifier(points) if pair.is_mollified() else 1.0)
-    return kind, pair.vertex_ids(edges, faces)[:size], distance, gradient, area
+    return pair.vertex_ids(edges, faces)[:size], distance, gradient, area

@@ -292,10 +292,9 @@ class ActuatorEquations:
     def convex_walls(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
         """See `Problem.convex_walls`."""
         x, data = linear.positions, linear.data.copy()
-        response = self.walls.response(x)
-        if response is not None:
-            change = self.walls.convex_hessian(x) - response[1]
-            self.pattern.add_entries(data, *self._unknowns.entries(change))
+        concave = self.walls.concave_part(x)
+        if concave is not None:
+            self.pattern.add_entries(data, *self._unknowns.entries(-concave))
         return data
 
     def roundness(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:

@@ -336,10 +336,9 @@ class CellEquations:
     def convex_walls(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
         """See `Problem.convex_walls`."""
         x, data = linear.frame.positions, linear.data.copy()
-        response = self.walls.response(x)
-        if response is not None:
-            change = self.walls.convex_hessian(x) - response[1]
-            self.pattern.add_entries(data, *_upper_entries(linear.frame, change))
+        concave = self.walls.concave_part(x)
+        if concave is not None:
+            self.pattern.add_entries(data, *_upper_entries(linear.frame, -concave))
         return data
 
     def roundness(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:

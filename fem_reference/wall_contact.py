@@ -106,13 +106,17 @@ class WallContact:
         change = sparse.csr_matrix((local.ravel(), (rows, columns)), shape=hessian.shape)
         return force, hessian + change, pairs
 
-    def convex_hessian(self, positions: Float[np.ndarray, "nodes 3"]) -> sparse.csr_matrix:
-        """The Hessian with every pair's own negative eigenvalues set to zero."""
+    def concave_part(self, positions: Float[np.ndarray, "nodes 3"]) -> sparse.csr_matrix | None:
+        """Every pair's own negative eigenvalues, as a part of the Hessian; None where no walls are near."""
         vertices = self._vertices(positions)
         collisions = self._collisions(vertices)
-        return self._hessian(
-            self._potential, collisions, vertices, positions.size, ipctk.PSDProjectionMethod.CLAMP
+        if collisions.empty():
+            return None
+        whole, convex = (
+            self._hessian(self._potential, collisions, vertices, positions.size, projection)
+            for projection in (ipctk.PSDProjectionMethod.NONE, ipctk.PSDProjectionMethod.CLAMP)
         )
+        return whole - convex
 
     def neighbours(self, positions: Float[np.ndarray, "nodes 3"]) -> sparse.csr_matrix:
         """A matrix over all degrees of freedom with entries where `response` has some, or soon may.

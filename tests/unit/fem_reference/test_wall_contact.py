@@ -73,6 +73,17 @@ def test_hessian_is_the_symmetric_slope_of_the_force(walls, x, direction):
     assert asymmetry(hessian.toarray()) <= 1e-10
 
 
+def test_what_makes_the_hessian_convex_has_no_positive_eigenvalue_and_leaves_no_negative_one(walls, rest, x):
+    assert walls.concave_part(rest) is None
+    (_, hessian), concave = walls.response(x), walls.concave_part(x)
+    whole, part = hessian.toarray(), concave.toarray()
+    # Round-off of a matrix of this size and number of entries in a row.
+    noise = 1e-12 * np.linalg.norm(whole)
+    assert np.linalg.eigvalsh(part)[-1] <= noise
+    assert np.linalg.eigvalsh(whole)[0] < -1e3 * noise
+    assert np.linalg.eigvalsh(whole - part)[0] >= -noise
+
+
 def test_the_force_alone_is_that_of_the_response(walls, x):
     np.testing.assert_array_equal(walls.force(x), walls.response(x)[0])
 

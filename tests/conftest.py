@@ -19,16 +19,12 @@ from hypothesis import settings
 
 jax.config.update("jax_enable_x64", True)
 
-# What one module has compiled serves the next, the other worker, and the processes that tests start. A cache
-# of bounded size is locked while it is read or written.
-_CACHE = {
-    "jax_compilation_cache_dir": str(Path(__file__).parents[1] / "build" / "compiled"),
-    "jax_compilation_cache_max_size": 2**30,
-    "jax_persistent_cache_min_compile_time_secs": 0.3,
-}
-for _name, _value in _CACHE.items():
-    os.environ[_name.upper()] = str(_value)
-    jax.config.update(_name, _value)
+# What one module has compiled serves the next, and the processes that tests start. Each worker has its own.
+_COMPILED = Path(__file__).parents[1] / "build" / "compiled" / os.environ.get("PYTEST_XDIST_WORKER", "alone")
+os.environ["JAX_COMPILATION_CACHE_DIR"] = str(_COMPILED)
+os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0.3"
+jax.config.update("jax_compilation_cache_dir", str(_COMPILED))
+jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.3)
 
 # Every shape and dtype that an annotation names is checked at each call (each trace, under jit).
 # The hook acts on modules imported after it, so nothing here or in a plugin may import these earlier.

@@ -23,13 +23,24 @@ LINK = re.compile(r"\]\((?!https?:)([^)#]+)(?:#[^)]*)?\)")
 COMMAND = re.compile(
     r"^    (?:\.venv/bin/)?(rodmodel(?:-fem|-calibrate)?) ((?:[^\n]*\\\n)*[^\n]*)$", re.MULTILINE
 )
+# Pages whose blocks compile for more than a minute.
+COMPILES_LONG = ("controller.md", "calibration.md")
 PROGRAMS = {"rodmodel": predict, "rodmodel-fem": compute, "rodmodel-calibrate": calibrate}
 # Commands of a page that write what its blocks read.
 TEMPLATE = str(ROOT / "docs" / "measured_template.csv")
 BEFORE = {"calibration.md": ["fit-measured", TEMPLATE, "--out", "mine.json"]}
 
 
-@pytest.mark.parametrize("page", [p for p in PAGES if BLOCK.search(p.read_text())], ids=lambda p: p.name)
+def with_blocks() -> list:
+    """Pages that show code."""
+    return [
+        pytest.param(page, id=page.name, marks=pytest.mark.slow if page.name in COMPILES_LONG else ())
+        for page in PAGES
+        if BLOCK.search(page.read_text())
+    ]
+
+
+@pytest.mark.parametrize("page", with_blocks())
 def test_every_block_of_code_runs(page: Path, tmp_path: Path) -> None:
     """All blocks of a page, one after the other, as a reader would enter them."""
     if page.name in BEFORE:

@@ -89,7 +89,7 @@ def errors(table: str) -> list[float]:
 @pytest.mark.parametrize(
     ("name", "count"),
     [
-        ("04_orientation.py", 30),
+        pytest.param("04_orientation.py", 30, marks=pytest.mark.slow),
         ("05_pitch.py", 10),
         ("06_layouts.py", 9),
         ("07_one_and_two_chambers.py", 15),
@@ -139,6 +139,7 @@ def test_00_cell_points_keeps_what_it_has_and_follows_what_it_lacks(tmp_path: Pa
     assert "2 paths in" in told
 
 
+@pytest.mark.slow
 def test_00_moment_points_go_both_ways_from_the_free_state(tmp_path: Path) -> None:
     """Without pressure, with the stiffness that the section has at rest, one way and the other."""
     file = tmp_path / "points.json"
@@ -153,6 +154,7 @@ def test_00_moment_points_go_both_ways_from_the_free_state(tmp_path: Path) -> No
     assert back["curvature_per_m"][1] == pytest.approx(-on["curvature_per_m"][1], rel=0.05)
 
 
+@pytest.mark.slow
 def test_00_actuator_frames_keep_the_skin_of_each_state(tmp_path: Path) -> None:
     """The first state of chamber 1, on a mesh of 1 800 hexahedra."""
     script = runpy.run_path(str(ROOT / "examples" / "00_actuator_frames.py"))
@@ -180,6 +182,7 @@ def test_11_animation_draws_rod_and_elements_and_tells_how_far_apart(tmp_path: P
     assert still.read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_00_twin_points_are_of_an_actuator_with_one_thicker_wall(monkeypatch: pytest.MonkeyPatch) -> None:
     """Chamber 1 at 5 kPa, on a mesh of 1 800 hexahedra: the thick wall is its own."""
     monkeypatch.syspath_prepend(str(ROOT / "examples"))
@@ -193,6 +196,7 @@ def test_00_twin_points_are_of_an_actuator_with_one_thicker_wall(monkeypatch: py
     assert 3.0 < first["angle_deg"][0] < second["angle_deg"][0] < 6.0
 
 
+@pytest.mark.slow
 def test_12_twin_halves_its_error(tmp_path: Path) -> None:
     drawn = tmp_path / "twin.png"
     lines = run_example("12_twin.py", str(drawn)).splitlines()

@@ -91,6 +91,7 @@ def test_the_free_curvature_is_a_root_of_the_moment(law):
     assert np.abs(law.moment(free, pressure)).max() < 1e-7 * scale
 
 
+@pytest.mark.slow
 def test_the_network_trains_on_the_same_residuals(states):
     scales = metric(states, 0.06, 3e3, 7e-4)
     before = network_law(SCALES, seed=0, hidden=8)

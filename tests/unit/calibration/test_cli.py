@@ -183,6 +183,7 @@ def test_report_repeats_the_figures_of_the_file_and_draws(calibrated, run_direct
     assert f"{p95:.3g}" in row
 
 
+@pytest.mark.slow
 def test_report_compares_with_other_laws_on_the_same_states(calibrated, run_directory, monkeypatch, capsys):
     monkeypatch.setattr("calibration.compare.DEGREES", (3,))
     monkeypatch.setattr("calibration.compare.REPEATS", 40)
@@ -204,6 +205,7 @@ def test_report_compares_with_other_laws_on_the_same_states(calibrated, run_dire
     ]
 
 
+@pytest.mark.slow
 def test_a_domain_narrowed_on_the_command_line_judges_fewer_states(
     run_directory, tmp_path, monkeypatch, capsys
 ):

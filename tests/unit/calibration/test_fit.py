@@ -187,6 +187,7 @@ def test_a_fit_predicts_held_out_states_far_better_than_their_range(dataset):
 SHORT = {"domain": DOMAIN, "length": LENGTH, "ridges": 3, "features": 3, "iterations": 3, "seed": 0}
 
 
+@pytest.mark.slow
 def test_a_law_of_another_winding_gives_the_fit_its_size_and_start(dataset):
     """Of full symmetry, it has three times the ridges where only the mirror is left."""
     near = begin_near(law_of("full"), attributes(dataset))
@@ -259,6 +260,7 @@ def test_a_law_with_more_parameters_than_data_is_fitted_to_the_end(some):
     assert found.loss < 1e-6 * loss_of(law, few)
 
 
+@pytest.mark.slow
 def test_one_law_learns_the_mean_of_laws_near_several(dataset):
     """It comes nearer to their mean than they are to it, at states that it did not learn from."""
     run = attributes(dataset)

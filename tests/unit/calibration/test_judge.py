@@ -245,6 +245,7 @@ def test_errors_put_in_are_found_where_they_are(exact):
     assert figures["stated_bound_share"] == pytest.approx(2.0 / 3.0)
 
 
+@pytest.mark.slow
 def test_the_way_under_a_tip_force_is_judged_by_itself(exact):
     rod = rodmodel.load("double-helix")
     loaded = exact.isel(state=[3])

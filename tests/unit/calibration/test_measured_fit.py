@@ -85,6 +85,7 @@ def test_known_parameters_come_back_from_data_without_noise(rod, exact):
     assert fit.chi_square[1] < 1e-10
 
 
+@pytest.mark.slow
 def test_the_intervals_of_a_hundred_noise_draws_contain_the_truth(rod, exact):
     rng = np.random.default_rng(0)
     covered, distances, widths, squares = [], [], [], []
@@ -174,6 +175,7 @@ def test_a_combination_that_no_row_sees_is_named_and_one_of_it_held():
     assert set(held[1].combination) == {"a", "b"}
 
 
+@pytest.mark.slow
 def test_a_tip_load_shows_the_stiffness_scale():
     stiffness = jnp.diag(jnp.array([2.4e-4, 2.4e-4, 2.2e-4]))
     per_pressure = 4e-4 * jnp.array([[0.0, 0.866, -0.866], [-1.0, 0.5, 0.5], [0.0, 0.0, 0.0]])

@@ -54,7 +54,10 @@ def both() -> Rod:
 EACH = [pytest.param(make, marks=pytest.mark.slow) for make in (softened, aside)] + [pytest.param(both)]
 
 
-@pytest.mark.parametrize("loads", [{}, {"tip_force": FORCE, "gravity": GRAVITY, "tip_moment": MOMENT}])
+LOADS = {"tip_force": FORCE, "gravity": GRAVITY, "tip_moment": MOMENT}
+
+
+@pytest.mark.parametrize("loads", [{}, pytest.param(LOADS, marks=pytest.mark.slow)])
 def test_a_turned_base_is_a_base_rotation(loads) -> None:
     """About the axes that the chambers bend the rod about; to rounding."""
     azimuths = 2.0 * np.pi / 3.0 * np.arange(3)
@@ -130,6 +133,7 @@ def test_chambers_held_at_the_ends_change_their_volume_by_so_much_less() -> None
     np.testing.assert_array_equal(found.tip_position, free.solve(PRESSURE).tip_position)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", EACH)
 def test_the_compliance_is_symmetric_and_that_of_differences(make) -> None:
     """An energy stands behind it: a force on a cap aside turns the body by its moment about its end."""
@@ -155,6 +159,7 @@ def test_the_compliance_is_symmetric_and_that_of_differences(make) -> None:
             np.testing.assert_allclose(found, np.transpose(columns), atol=2e-6 * np.abs(columns).max())
 
 
+@pytest.mark.slow
 def test_a_follower_force_on_a_cap_aside_is_a_dead_one_along_it() -> None:
     rod = both()
     followed = rod.solve(PRESSURE, follower_force=FORCE)

@@ -47,7 +47,13 @@ def without_ends(rod: Rod) -> Rod:
 
 
 @pytest.mark.parametrize(
-    ("kind", "ends"), [("bend", True), ("bend", False), ("position", True), ("position", False)]
+    ("kind", "ends"),
+    [
+        ("bend", False),
+        ("position", False),
+        pytest.param("bend", True, marks=pytest.mark.slow),
+        pytest.param("position", True, marks=pytest.mark.slow),
+    ],
 )
 def test_1000_random_reachable_targets_are_reached_without_co_contraction(
     shipped: Rod, kind: str, ends: bool
@@ -131,6 +137,7 @@ def test_a_straight_rod_takes_no_pressure(rod: Rod) -> None:
         assert np.all(np.asarray(found.pressure) < 500.0)
 
 
+@pytest.mark.slow
 def test_loads_are_made_up_for(rod: Rod) -> None:
     """The pressures that hold a rod's tip in its place when gravity and a force come upon it."""
     force = np.array([0.002, -0.003, 0.001])

@@ -77,6 +77,7 @@ def test_potential_and_moment_vanish_at_rest(law: OrientedNetwork, psi: float) -
     np.testing.assert_allclose(section.moment(zero, zero), 0.0, atol=1e-13 * unit)
 
 
+@pytest.mark.slow
 def test_what_a_rod_predicts_has_its_slope_in_psi(file: Path) -> None:
     """Central differences of fourth order with steps of 1e-3 rad: 1e-12 for the step, 1e-11 for rounding of
     what Newton leaves, 1e-12 of the angle over the step."""

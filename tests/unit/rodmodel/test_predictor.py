@@ -76,6 +76,7 @@ def test_bad_arguments_are_named(rod: Rod, predictor: Predictor) -> None:
         predictor(PRESSURE[:2], tip_force=FORCE)
 
 
+@pytest.mark.slow
 def test_a_batch_is_spread_over_devices() -> None:
     """In a process that takes the processor for two devices: the rows are those of one device."""
     script = """
@@ -98,6 +99,7 @@ np.testing.assert_allclose(two.tip_position, one.tip_position, atol=1e-14)
     assert run.returncode == 0, run.stderr
 
 
+@pytest.mark.slow
 def test_the_jacobian_of_a_law_of_ridges_is_that_of_differences() -> None:
     """By pressure; a central difference of 20 Pa errs by 1e-7 of it or less, and by rounding."""
     predictor = synthetic.rod(synthetic.ridge_law()).predictor(solver=FixedStep(8, tolerance=1e-12))

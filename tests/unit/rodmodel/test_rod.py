@@ -150,7 +150,9 @@ def test_rods_are_equal_by_their_arrays_and_hash_without_them(rod: Rod) -> None:
     assert rod != other
 
 
-@pytest.mark.parametrize("force", [None, FORCE], ids=["free", "loaded"])
+@pytest.mark.parametrize(
+    "force", [pytest.param(None, id="free"), pytest.param(FORCE, id="loaded", marks=pytest.mark.slow)]
+)
 def test_a_bad_row_of_a_batch_leaves_its_neighbours_alone(rod: Rod, force: np.ndarray | None) -> None:
     pressures = jnp.array([PRESSURE, [np.nan, 0.0, 0.0], 0.5 * PRESSURE, [-1.0, 0.0, 0.0], [80e3, 0.0, 0.0]])
 
@@ -221,6 +223,7 @@ def test_the_chamber_volume_is_that_of_the_section_along_the_body(rod: Rod, load
     np.testing.assert_allclose(loaded.chamber_volume, 0.03 * w @ along, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_single_precision_is_close_to_double(rod: Rod, loaded: Solution, tmp_path: Path) -> None:
     """In a process that leaves JAX as it comes."""
     rodmodel.save_calibration(synthetic.calibration(), tmp_path / "calibration.json")

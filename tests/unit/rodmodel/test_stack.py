@@ -111,6 +111,7 @@ def test_inverse_under_vmap_over_rods(rods: list[Rod]) -> None:
         np.testing.assert_allclose(found.pressure[k], alone.pressure, rtol=0, atol=10.0)
 
 
+@pytest.mark.slow
 def test_the_pose_is_differentiated_by_the_dimensions(rods: list[Rod]) -> None:
     rod = rods[1]
     names = ["body_length", "cap_length", "cap_mass", "base_turn", "tip_offset"]

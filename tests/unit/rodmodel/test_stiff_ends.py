@@ -28,7 +28,7 @@ def rods() -> tuple[Rod, Rod]:
     return next(both), next(both)
 
 
-@pytest.mark.parametrize("loads", [{}, {"tip_force": FORCE}])
+@pytest.mark.parametrize("loads", [{}, pytest.param({"tip_force": FORCE}, marks=pytest.mark.slow)])
 def test_it_is_a_shorter_rod_with_a_longer_cap(loads) -> None:
     """Without weight, of which the stiff tip has a part; the same equations, to rounding."""
     ours, by_hand = rods()

@@ -24,6 +24,7 @@ def test_angles_differ_by_less_than_their_estimated_errors():
     np.testing.assert_array_less(np.ptp(angles, axis=0) / angles[-1], 0.0055)
 
 
+@pytest.mark.slow
 def test_the_medium_mesh_is_near_the_papers():
     """Both have eight layers a pitch; 18 and 24 elements on a chamber's outer arc, in place of 12, differ.
 

@@ -97,6 +97,7 @@ def test_derivatives_of_free_bending() -> None:
         np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
 
 
+@pytest.mark.slow
 def test_second_derivatives_are_those_of_the_first() -> None:
     """Forward over reverse, of the tip's height by the force."""
 

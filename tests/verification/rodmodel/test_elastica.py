@@ -157,6 +157,7 @@ def test_a_large_force_does_not_send_the_rod_to_another_equilibrium(rod: Rod) ->
         np.testing.assert_allclose(np.degrees(solution.bending_angle), end_angle, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_the_error_falls_with_the_tolerance() -> None:
     """The error of a step is held below the tolerance, on states of order one. Shooting and the
     interpolation between steps make more of it, here up to a hundred times. A step of Dopri8 errs by h⁹ and

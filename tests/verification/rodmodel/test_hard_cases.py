@@ -191,6 +191,7 @@ def test_stiff_and_soft_sections_under_loads_in_proportion_bend_alike(factor: fl
     np.testing.assert_allclose(bent(factor).tip_position, bent(1.0).tip_position, rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_jacobian_is_that_of_central_differences(rod: Rod) -> None:
     """Also along the rod; and the compliance is symmetric, the Hessian of an energy."""
     solve = jax.jit(lambda p, f: rod.solve(p, f, gravity=GRAVITY, solver=FixedStep(64), throw=False))
@@ -214,6 +215,7 @@ def test_the_jacobian_is_that_of_central_differences(rod: Rod) -> None:
     np.testing.assert_allclose(compliance, compliance.T, atol=1e-6 * np.abs(compliance).max())
 
 
+@pytest.mark.slow
 def test_an_integration_that_runs_out_of_steps_is_flagged_and_finite() -> None:
     """No step is short enough for this tolerance; the answer is that of fixed steps, some 1e-8 of it off."""
     rod = synthetic.rod(synthetic.bending_law())

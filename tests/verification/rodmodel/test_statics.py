@@ -113,6 +113,7 @@ def test_chambers_2_and_3_alike_bend_in_the_plane_of_the_mirror(rod: Rod) -> Non
     assert solution.bending_plane == np.pi
 
 
+@pytest.mark.slow
 def test_the_first_guess_is_the_rod_under_small_loads(rod: Rod) -> None:
     """Base curvature and follower force to first order in the loads: what is left falls with their square.
 

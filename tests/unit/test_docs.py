@@ -23,7 +23,7 @@ LINK = re.compile(r"\]\((?!https?:)([^)#]+)(?:#[^)]*)?\)")
 COMMAND = re.compile(
     r"^    (?:\.venv/bin/)?(rodmodel(?:-fem|-calibrate)?) ((?:[^\n]*\\\n)*[^\n]*)$", re.MULTILINE
 )
-# Pages whose blocks compile for more than a minute.
+# Pages whose blocks compile for a minute or more.
 COMPILES_LONG = ("controller.md", "calibration.md")
 PROGRAMS = {"rodmodel": predict, "rodmodel-fem": compute, "rodmodel-calibrate": calibrate}
 # Commands of a page that write what its blocks read.

@@ -82,23 +82,20 @@ class WallContact:
         collisions = self._collisions(vertices)
         return None if collisions.empty() else self._force(collisions, vertices, positions)
 
-    def response(
-        self, positions: Float[np.ndarray, "nodes 3"]
-    ) -> tuple[Float[np.ndarray, "nodes 3"], sparse.csr_matrix] | None:
-        """Force on all nodes and the Hessian over all degrees of freedom; None where no walls are near."""
-        vertices = self._vertices(positions)
-        collisions = self._collisions(vertices)
-        return None if collisions.empty() else self._response(collisions, vertices, positions)
-
     def iterate(
         self, positions: Float[np.ndarray, "nodes 3"], before: WallPairs | None
     ) -> tuple[Float[np.ndarray, "nodes 3"], sparse.csr_matrix, WallPairs] | None:
-        """`response`, with the stiffness that Newton's method takes after the pairs ``before``; these now."""
+        """Force on all nodes, stiffness over all degrees of freedom, and pairs; None where no walls are near.
+
+        The stiffness is the Hessian, or what Newton's method takes for it after the pairs ``before``.
+        """
         vertices = self._vertices(positions)
         collisions = self._collisions(vertices)
         if collisions.empty():
             return None
-        force, hessian = self._response(collisions, vertices, positions)
+        none = ipctk.PSDProjectionMethod.NONE
+        hessian = self._hessian(self._potential, collisions, vertices, positions.size, none)
+        force = self._force(collisions, vertices, positions)
         pairs = wall_pairs(collisions, self._mesh, vertices, ACTIVATION, STIFFNESS, before)
         members, local = pairs.change()
         dofs = (3 * self.nodes[members][:, :, None] + np.arange(3)).reshape(len(members), 12)
@@ -119,7 +116,7 @@ class WallContact:
         return whole - convex
 
     def neighbours(self, positions: Float[np.ndarray, "nodes 3"]) -> sparse.csr_matrix:
-        """A matrix over all degrees of freedom with entries where `response` has some, or soon may.
+        """A matrix over all degrees of freedom with entries where the Hessian has some, or soon may.
 
         They are those of all vertices of faces and edges that are near each other: whichever of them is the
         closest changes with every step.
@@ -143,13 +140,6 @@ class WallContact:
         )
         size = positions.size
         return sparse.csr_matrix((np.ones(rows.size), (rows.ravel(), columns.ravel())), shape=(size, size))
-
-    def _response(
-        self, collisions: ipctk.NormalCollisions, vertices: np.ndarray, positions: np.ndarray
-    ) -> tuple[Float[np.ndarray, "nodes 3"], sparse.csr_matrix]:
-        none, size = ipctk.PSDProjectionMethod.NONE, positions.size
-        hessian = self._hessian(self._potential, collisions, vertices, size, none)
-        return self._force(collisions, vertices, positions), hessian
 
     def _force(
         self, collisions: ipctk.NormalCollisions, vertices: np.ndarray, positions: np.ndarray

@@ -23,6 +23,9 @@ CONTACT_FORCE_TOLERANCE, CONTACT_MOMENT_TOLERANCE = 1e-3, 1e-4
 # to share out theirs.
 ROUGH, ROUGH_FORCE = 0.2, 5e-2
 _ROUGH_NEXT = 0.04
+# A step [mm] of a matrix with convex contact that ends the iteration, and the force [N]: a hundredth of where
+# a kept stiffness ends it, as the matrix may be so many times too stiff.
+_CONVEX_END, _CONVEX_END_FORCE = 1e-8, 1e-7
 _MAX_BACKTRACKS = 12
 
 
@@ -51,6 +54,11 @@ def at_noise(problem: Problem, step: Any, force: float, moment: float) -> bool:
         and moment <= CONTACT_MOMENT_TOLERANCE
         and problem.is_small(step)
     )
+
+
+def is_over(size: float, force: float, moment: float) -> bool:
+    """Whether a step with convex contact, and what called for it, are as good as nothing."""
+    return size <= _CONVEX_END and force <= _CONVEX_END_FORCE and moment <= MOMENT_TOLERANCE
 
 
 def admissible_part(problem: Problem, at: Any, step: Any, linear: Any, fraction: float) -> tuple[Any, bool]:

@@ -52,16 +52,24 @@ class SparsePattern:
         # Of each group: its places in the data, and the sums of local entries that go there, by columns: so
         # entries are read in the order in which they lie in memory.
         merged = [np.unique(np.searchsorted(keys, k), return_inverse=True) for k in local_keys]
-        self._places = [places for places, _ in merged]
-        self._sums = [
+        own_places = [places for places, _ in merged]
+        self._own_sums = [
             sparse.csc_matrix((weight, (inverse, chosen)), shape=(len(places), size))
             for (places, inverse), weight, chosen, size in zip(merged, weights, chosen_of, sizes, strict=True)
         ]
-        self._own = keys, self._places
-        self._set(keys)
+        self._own = keys, own_places
+        self._set(*self._own)
 
-    def _set(self, keys: Int[np.ndarray, " nonzeros"]) -> None:
-        self._keys = keys
+    def _set(self, keys: Int[np.ndarray, " nonzeros"], places: list[Int[np.ndarray, " _"]]) -> None:
+        self._keys, self._places = keys, places
+        # A group that fills most of the matrix is summed up in all of it: that costs half as much as sums of
+        # its own, which then have to be sent to their places.
+        self._sums = [
+            sparse.csc_matrix((s.data, to[s.indices], s.indptr), shape=(len(keys), s.shape[1]))
+            if 2 * len(to) > len(keys)
+            else s
+            for s, to in zip(self._own_sums, places, strict=True)
+        ]
         rows = keys // self.size
         self.indices = (keys % self.size).astype(np.int32)
         self.indptr = np.searchsorted(rows, np.arange(self.size + 1)).astype(np.int32)
@@ -85,8 +93,7 @@ class SparsePattern:
         Each new pattern has the matrix analysed anew; what is not needed any more would fill its factors.
         """
         if self._missing(rows, columns).size:
-            keys, self._places = self._own
-            self._set(keys)
+            self._set(*self._own)
             self.extend(*ahead())
             self.extend(rows, columns)
 
@@ -103,15 +110,16 @@ class SparsePattern:
         if missing.size:
             before = np.searchsorted(self._keys, missing)
             shift = np.cumsum(np.bincount(before, minlength=len(self._keys)))
-            self._places = [p + shift[p] for p in self._places]
-            self._set(np.insert(self._keys, before, missing))
+            self._set(np.insert(self._keys, before, missing), [p + shift[p] for p in self._places])
             self.revision = next(_REVISIONS)
 
     def add_group(
         self, data: Float[np.ndarray, " nonzeros"], group: int, local: Float[np.ndarray, "blocks n n"]
     ) -> None:
         """Add a group's local matrices to the matrix's data."""
-        data[self._places[group]] += self._sums[group] @ local.reshape(-1)
+        sums = self._sums[group]
+        places = slice(None) if sums.shape[0] == len(data) else self._places[group]
+        data[places] += sums @ local.reshape(-1)
 
     def add_entries(
         self,

@@ -41,6 +41,7 @@ from fem_reference.acceptance import (
     at_noise,
     imbalance,
     is_near,
+    is_over,
 )
 from fem_reference.damping import Damping, Stretch
 from fem_reference.kept import keep_stiffness, mix_steps
@@ -173,8 +174,10 @@ def _iterate(
         if size <= _ROUND_OFF_STEP and force <= _ROUND_OFF_FORCE and moment <= MOMENT_TOLERANCE:
             return _settled(problem, solver, at, linear, iteration, force, excess)
         patient = mixed or iteration >= _PATIENCE
-        if patient and linear.walls_touch and at_noise(problem, step, force, moment):
-            if convex and damping.bare and not problem.exact:
+        held = convex and damping.bare and not problem.exact
+        noise = linear.walls_touch and at_noise(problem, step, force, moment)
+        if patient and (noise or (held and is_over(size, force, moment))):
+            if held:
                 return Equilibrium(at, linear, iteration, force, inertia, convex=damping.next_share)
             return _settled(problem, solver, at, linear, iteration, force, excess)
         history.append(force)

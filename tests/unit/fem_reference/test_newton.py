@@ -132,6 +132,27 @@ def test_mixed_steps_that_end_in_noise_are_not_the_end(start):
     assert found.excess_negative == 0
 
 
+class Rattling(Opening):
+    """The same without walls in contact, with round-off in its forces as a large mesh has."""
+
+    roundoff = 1e-10
+
+    def force(self, x):
+        return super().force(x) + self.roundoff * np.sin(1e12 * x)
+
+    def renewed(self, linear, at, target, viscous=None):
+        return Diagonal.renewed(self, linear, at, target, viscous)
+
+
+def test_with_convex_contact_steps_of_round_off_are_the_end():
+    """The branch's own stiffness, which would tell, is not looked at; steps of 2e-9 mm go on for ever."""
+    target, at = Push(np.zeros(2)), np.array([0.9, -0.1])
+    found = solve_equilibrium(Rattling(), PardisoSolver(), target, at)
+    # Force below 1e-7 N over 0.05 N/mm.
+    np.testing.assert_allclose(found.configuration, [1.0, Rattling.left], rtol=0, atol=2e-6)
+    assert found.convex is not None
+
+
 class Counted(PardisoSolver):
     """PARDISO that keeps the smallest number of every matrix."""
 

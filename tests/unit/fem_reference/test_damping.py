@@ -84,6 +84,44 @@ def test_as_much_of_the_roundness_is_left_out_as_it_takes(stiffness, least, expe
     assert [damping.share, damping.next_share] == expected
 
 
+class Recorded(PardisoSolver):
+    """PARDISO that keeps the least number of every matrix."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.least: list[float] = []
+
+    def factorise(self, upper, revision):
+        self.least.append(float(upper.data.min()))
+        return super().factorise(upper, revision)
+
+
+def tried(stiffness: float, unknowns: int, exact: bool, viscous: bool) -> list[float]:
+    """The least numbers of all matrices that are tried for equal springs."""
+    problem = Rounded(lambda x: stiffness * x, lambda x: np.full_like(x, stiffness), unknowns, reach=1.0)
+    problem.exact = exact
+    solver, at = Recorded(), np.zeros(unknowns)
+    damping = Damping(problem, solver, 0, viscous)
+    damping.factorise(at, problem.linearise(at, Push(at)), first=False)
+    return solver.least
+
+
+@pytest.mark.parametrize(("unknowns", "expected"), [(8, [-1.5, -0.5, 0.5]), (9, [-1.5, 2.5])])
+def test_many_negative_pivots_have_all_of_the_roundness_left_out_at_once(unknowns, expected):
+    """Convex walls take −2.5 N/mm to −1.5, a quarter of the roundness each 1 N/mm more."""
+    np.testing.assert_allclose(tried(-2.5, unknowns, exact=False, viscous=False), expected)
+
+
+@pytest.mark.parametrize(
+    ("unknowns", "exact", "rates"),
+    [(1, False, [0.2, 0.8]), (2, False, [0.2, 3.2]), (3, False, [0.2, 12.8]), (3, True, [0.2, 0.8])],
+)
+def test_the_more_negative_pivots_are_left_the_faster_viscosity_grows(unknowns, exact, rates):
+    """Without the concave part of contact −5.5 N/mm are −0.5."""
+    least = tried(-5.5, unknowns, exact, viscous=True)
+    np.testing.assert_allclose(least[-3:], [-0.5, *(rate - 0.5 for rate in rates)])
+
+
 def test_where_the_stiffness_must_be_its_own_all_of_the_roundness_is_left_out():
     problem = Rounded(lambda x: -0.9 * x, lambda x: np.full_like(x, -0.9), 1, reach=1.0)
     problem.exact = True

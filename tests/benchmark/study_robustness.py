@@ -105,7 +105,7 @@ def outcome(design: Design, level: MeshLevel | None, keep: Path | None) -> dict[
 
 
 def _in_cell(design: Design) -> tuple[int, int]:
-    """Factorisations, and how often walls snapped."""
+    """Newton's iterations, those of steps in vain left out, and how often walls snapped."""
     states = list(follow(PeriodCell(design.geometry, design.winding), design.loads))
     return sum(state.iterations for state in states), sum(state.jumped for state in states)
 
@@ -141,7 +141,7 @@ def main() -> None:
         if not options.json:
             end = f": {row.get('error')}"
             if row["converged"]:
-                end = f", {row['iterations']} factorisations, walls snapped on {row['snapped']} legs"
+                end = f", {row['iterations']} iterations, walls snapped on {row['snapped']} legs"
             print(
                 f"{number:3d} {row['winding']} walls {row['walls_mm']} mm, {row['pressures_kpa']} kPa: "
                 f"{'converged' if row['converged'] else 'FAILED'}, {row['seconds']} s{end}",

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fem_reference.assembly import SparsePattern
+from fem_reference.linear_solver import PardisoSolver
 from fem_reference.problem import Linearisation, Problem
 
 
@@ -116,6 +117,18 @@ class Diagonal(Problem):
 
     def may_start(self, at, guess):
         return True
+
+
+class Counted(PardisoSolver):
+    """PARDISO that keeps the smallest number of every matrix."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.least: list[float] = []
+
+    def factorise(self, upper, revision):
+        self.least.append(float(upper.data.min()))
+        return super().factorise(upper, revision)
 
 
 def double_well(unknowns: int = 1, reach: float = 0.5) -> Diagonal:

@@ -6,7 +6,7 @@ import pytest
 from fem_reference.damping import Damping, Stretch
 from fem_reference.linear_solver import PardisoSolver
 from fem_reference.problem import UnstableError
-from tests.diagonal_problem import Diagonal, Push
+from tests.diagonal_problem import Counted, Diagonal, Push
 
 DIRECTION = 1e-3 * np.random.default_rng(0).uniform(-1.0, 1.0, (40, 3))
 
@@ -84,23 +84,11 @@ def test_as_much_of_the_roundness_is_left_out_as_it_takes(stiffness, least, expe
     assert [damping.share, damping.next_share] == expected
 
 
-class Recorded(PardisoSolver):
-    """PARDISO that keeps the least number of every matrix."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.least: list[float] = []
-
-    def factorise(self, upper, revision):
-        self.least.append(float(upper.data.min()))
-        return super().factorise(upper, revision)
-
-
 def tried(stiffness: float, unknowns: int, exact: bool, viscous: bool) -> list[float]:
     """The least numbers of all matrices that are tried for equal springs."""
     problem = Rounded(lambda x: stiffness * x, lambda x: np.full_like(x, stiffness), unknowns, reach=1.0)
     problem.exact = exact
-    solver, at = Recorded(), np.zeros(unknowns)
+    solver, at = Counted(), np.zeros(unknowns)
     damping = Damping(problem, solver, 0, viscous)
     damping.factorise(at, problem.linearise(at, Push(at)), first=False)
     return solver.least

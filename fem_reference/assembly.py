@@ -94,8 +94,8 @@ class SparsePattern:
         """
         if self._missing(rows, columns).size:
             self._set(*self._own)
-            self.extend(*ahead())
-            self.extend(rows, columns)
+            more_rows, more_columns = ahead()
+            self.extend(np.concatenate([rows, more_rows]), np.concatenate([columns, more_columns]))
 
     def _missing(
         self, rows: Int[np.ndarray, " n"], columns: Int[np.ndarray, " n"]

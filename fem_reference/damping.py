@@ -25,8 +25,8 @@ _MOST_EXACT, _MOST = 8, 20
 _MOST_FIRST = 20
 # Iterations in which viscosity may be added, and its rates, as shares of the silicone's stiffness at rest,
 # tried in turn where equilibria must come with their own stiffness; elsewhere for one negative pivot too
-# many, for two, and for more. Soft sways want little; of 26 matrices of random designs with three negative
-# pivots or more all wanted the last, of 19 with two one the second.
+# many, for two, and for more. Soft sways want little; of 30 matrices of random designs with three negative
+# pivots or more all wanted the last, of 26 with two one the second.
 _VISCOUS_ITERATIONS = 6
 _RATES = (0.2, 0.8, 3.2, 12.8)
 _RATES_BY_EXCESS = _RATES, (0.2, 3.2, 12.8), (0.2, 12.8)
@@ -37,8 +37,8 @@ _FARTHEST, _LONGEST = 8.0, 0.3
 # Shares of the rod's roundness that are left out, tried in turn: it is tens of times the stiffness of what
 # sways around it, and steps without any of it are as much too short.
 _SHARES = (0.0, 0.25, 0.5, 1.0)
-# Where one of them leaves more negative pivots than this, the last is tried next: none of 61 such matrices of
-# random designs was mended by one between.
+# Where one of them leaves more negative pivots than this, the last is tried next: of 61 shares between that
+# were tried for random designs none served.
 _MANY = 8
 
 

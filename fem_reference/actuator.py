@@ -167,7 +167,7 @@ class Actuator:
     @property
     def elements(self) -> int:
         """Number of hexahedra."""
-        return len(self.equations.solid)
+        return len(self.equations.mesh.elements)
 
     @property
     def unknowns(self) -> int:

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sparse
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from fem_reference import mirror
 from fem_reference.actuator_load import ActuatorTarget
@@ -22,7 +22,7 @@ from fem_reference.axis_bond import AxisBond
 from fem_reference.axis_contact import AxisContact
 from fem_reference.cell_equations import ROD_YOUNG_MODULUS, THREAD
 from fem_reference.chamber import Chamber
-from fem_reference.mesh import BOTTOM, TOP, actuator_mesh
+from fem_reference.mesh import BOTTOM, TOP, BodyMesh, actuator_mesh
 from fem_reference.rod_axis import RodAxis, SplineBasis
 from fem_reference.section import CAVITY, CHAMBERS, MILLIMETRE
 from fem_reference.solid import SolidElements
@@ -56,8 +56,9 @@ class ActuatorEquations:
         model.winding.refuse_overlap(model.thread)
         geometry = model.geometry
         self.mesh = actuator_mesh(geometry, model.level)
+        if model.symmetric:
+            self.mesh = _even(self.mesh)
         self.nodes = len(self.mesh.points)
-        self.solid = SolidElements(self.mesh, model.material)
         self.thread = ThreadSegments(
             self.mesh,
             model.winding,
@@ -82,13 +83,17 @@ class ActuatorEquations:
             self.basis, ROD_YOUNG_MODULUS * np.pi * radius**4 / 4.0, density * np.pi * radius**2
         )
         self.rest_positions = np.concatenate([self.mesh.points, self.axis.rest()])
+        self._image = self._images() if model.symmetric else None
+        #: Where the plane is kept, one hexahedron of two that are images, which counts twice.
+        self.halves = self._halves(self.mesh.elements)
+        self.solid = SolidElements(self.mesh, model.material, self.halves)
         self.walls = WallContact(self.rest_positions, np.concatenate([c.quads for c in self.chambers]))
         self.bond, self.contact = self._axis_contact(radius, length, model.bonded)
         face = self.mesh.nodes(TOP)
         self.tip = TipFace(face, self.mesh.nodal_areas(TOP)[face], self.rest_positions)
         #: Mass that each point stands for [tonne].
         self.mass = np.concatenate([density * self.solid.nodal_volumes, self.axis.mass])
-        self._unknowns = self._numbered(model.symmetric)
+        self._unknowns = self._numbered()
         #: Number of unknowns.
         self.size = self._unknowns.size
         #: See `Unknowns`.
@@ -112,28 +117,31 @@ class ActuatorEquations:
         facets = self.mesh.facets[CAVITY]
         free = (height[facets] < above).any(axis=1)
         values, areas = self.mesh.gauss_points(CAVITY)
-        contact = AxisContact(facets[free], values, areas[free], self.mesh.points, self.basis, self.nodes)
+        halves = self._halves(facets[free])
+        areas = halves.counts[:, None] * areas[free][halves.kept]
+        facets = facets[free][halves.kept]
+        contact = AxisContact(facets, values, areas, self.mesh.points, self.basis, self.nodes)
         return bond, contact
 
-    def _numbered(self, symmetric: bool) -> Unknowns:
+    def _images(self) -> Int[np.ndarray, " points"] | None:
+        """Every point's image, where the winding has images too."""
+        if mirror.images(self.thread.points(self.rest_positions)) is None:
+            raise ValueError(
+                "symmetric: got a winding without it, expected its own mirror image in the plane y = 0"
+            )
+        return mirror.images(self.rest_positions)
+
+    def _halves(self, blocks: Int[np.ndarray, "blocks nodes"]) -> mirror.Halves:
+        return mirror.halves(self.mesh.points[blocks].mean(axis=1), self._image is not None)
+
+    def _numbered(self) -> Unknowns:
         """What is neither clamped nor tied to its mirror image."""
         clamped = np.zeros((len(self.rest_positions), 3), dtype=bool)
         clamped[self.mesh.nodes(BOTTOM)] = True
         clamped[self.nodes] = True
         # The second control point gives the curve its direction at the base.
         clamped[self.nodes + 1, :2] = True
-        if not symmetric:
-            return Unknowns.but_for(clamped)
-        image = mirror.images(self.rest_positions)
-        if image is None:
-            raise ValueError(
-                "symmetric: got a geometry without it, expected its own mirror image in the plane y = 0"
-            )
-        if mirror.images(self.thread.points(self.rest_positions)) is None:
-            raise ValueError(
-                "symmetric: got a winding without it, expected its own mirror image in the plane y = 0"
-            )
-        return Unknowns.mirrored(clamped, image)
+        return Unknowns.but_for(clamped) if self._image is None else Unknowns.mirrored(clamped, self._image)
 
     @property
     def clamped(self) -> Bool[np.ndarray, "points 3"]:
@@ -287,7 +295,10 @@ class ActuatorEquations:
     ) -> Float[np.ndarray, "points 3"]:
         """Force of the clamp on every point [N]; zero where nothing is clamped."""
         load, *_ = self._load(linear.positions, target)
-        return np.where(self.clamped, linear.force - load, 0.0)
+        unbalanced = linear.force - load
+        if self._image is not None:
+            unbalanced = mirror.symmetrised(unbalanced, self._image)
+        return np.where(self.clamped, unbalanced, 0.0)
 
     def convex_walls(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
         """See `Problem.convex_walls`."""
@@ -340,6 +351,16 @@ class ActuatorEquations:
             segment_tension=at.segment_tension + fraction * (tension - at.segment_tension),
             axis_tension=at.axis_tension + fraction * (axial - at.axis_tension),
         )
+
+
+def _even(mesh: BodyMesh) -> BodyMesh:
+    """The mesh as its own mirror image to round-off: half of it then stands for all."""
+    image = mirror.images(mesh.points)
+    if image is None:
+        raise ValueError(
+            "symmetric: got a geometry without it, expected its own mirror image in the plane y = 0"
+        )
+    return replace(mesh, points=mirror.symmetrised(mesh.points, image))
 
 
 def _contract(gradient: np.ndarray, local: np.ndarray) -> np.ndarray:

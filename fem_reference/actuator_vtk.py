@@ -45,7 +45,8 @@ def write_actuator_vtk(actuator: Actuator, state: ActuatorState, file: str | Pat
     winding = nodes + np.concatenate([np.empty((0, 2), int), *lines])
     axis = len(rest) - len(stations) + np.column_stack([np.arange(basis.spans), np.arange(basis.spans) + 1])
     # The element pressure is positive in tension.
-    pressure = np.repeat(-_KPA_PER_MPA * state.deformation.element_pressure[:, 0], equations.mesh.order**3)
+    mean = equations.halves.whole(state.deformation.element_pressure)[:, 0]
+    pressure = np.repeat(-_KPA_PER_MPA * mean, equations.mesh.order**3)
     counts = (len(hexes), len(winding), len(axis))
     zeros = [np.zeros(count) for count in counts]
     meshio.Mesh(

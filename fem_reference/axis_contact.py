@@ -78,17 +78,20 @@ class AxisContact:
         self, positions: Float[np.ndarray, "all 3"]
     ) -> tuple[Float[np.ndarray, "facets dofs"], Float[np.ndarray, "facets dofs dofs"]]:
         """Forces and tangents on each facet's nodes and window."""
-        dofs = 3 * self.connectivity.shape[1]
-        force = np.zeros((len(self.connectivity), dofs))
-        stiffness = np.zeros((len(self.connectivity), dofs, dofs))
+        blocks, own = self.connectivity.shape
+        force, vectors, factors, isotropic = np.zeros((blocks, 3 * own)), [], [], np.zeros((blocks, own, own))
         for points, radii, areas in zip(self._points, self._radii, self._areas, strict=True):
-            distance, normal, curvature = points.curvature(positions)
-            _, first, second = _law(distance - radii)
-            force += (areas * first)[:, None] * normal
-            curvature *= (areas * first)[:, None, None]
-            stiffness += curvature
-            stiffness += ((areas * second)[:, None] * normal)[:, :, None] * normal[:, None, :]
-        return force, stiffness
+            bent = points.bent(positions)
+            _, first, second = _law(bent.distance - radii)
+            force += (areas * first)[:, None] * bent.normal
+            share = areas * first / bent.distance
+            isotropic += (share[:, None] * bent.weight)[:, :, None] * bent.weight[:, None, :]
+            vectors += [bent.normal, bent.mixed]
+            factors += [areas * second - share, -share / bent.bend]
+        stiffness = _outer(vectors, factors).reshape(blocks, own, 3, own, 3)
+        for i in range(3):
+            stiffness[:, :, i, :, i] += isotropic
+        return force, stiffness.reshape(blocks, 3 * own, 3 * own)
 
     def concave_part(self, positions: Float[np.ndarray, "all 3"]) -> Float[np.ndarray, "facets dofs dofs"]:
         """What of the tangents comes with the rod's roundness: a point pressed on it slides off.
@@ -96,13 +99,23 @@ class AxisContact:
         That is around the rod alone, relative to the closest point of its curve. Along it, contact is left
         as it is: there its forces turn with the rod, which carries loads of the whole body.
         """
-        dofs = 3 * self.connectivity.shape[1]
-        concave = np.zeros((len(self.connectivity), dofs, dofs))
+        moves, factors = [], []
         for points, radii, areas in zip(self._points, self._radii, self._areas, strict=True):
             distance, move = points.around(positions)
             _, first, _ = _law(distance - radii)
-            concave += ((areas * first / distance)[:, None] * move)[:, :, None] * move[:, None, :]
-        return concave
+            moves.append(move)
+            factors.append(areas * first / distance)
+        return _outer(moves, factors)
+
+
+def _outer(
+    vectors: list[Float[np.ndarray, "facets dofs"]], factors: list[Float[np.ndarray, " facets"]]
+) -> Float[np.ndarray, "facets dofs dofs"]:
+    """Sum of the vectors' outer products with themselves, times the factors."""
+    rows = np.stack(vectors, axis=1)
+    scaled = np.stack(factors, axis=1)[:, :, None] * rows
+    product: np.ndarray = np.swapaxes(scaled, 1, 2) @ rows
+    return product
 
 
 def _law(gap: Float[np.ndarray, "..."]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -4,6 +4,8 @@ A point is carried by nodes, x_p = Σ N_a x_a with shares N that stay; the curve
 distance to the curve is a function of both, y = (x_a, P), with the closest station condensed. Lengths mm.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from jaxtyping import Float, Int
 
@@ -11,6 +13,31 @@ from fem_reference.problem import NewtonError
 from fem_reference.rod_axis import DEGREE, SplineBasis
 
 _CLOSEST_STEPS = 30
+# Control points of one span.
+_OWN = np.arange(DEGREE + 1)
+
+
+@dataclass(frozen=True)
+class Bent:
+    """Distances d of points from the curve with all that their second derivatives are made of.
+
+    With weights w, unit vectors i of space, gradients g and what moves the closest station, m, they are
+    (w wᵀ ⊗ i iᵀ − m mᵀ/b − g gᵀ)/d.
+
+    Parameters
+    ----------
+    distance : d [mm].
+    weight : w, what carriers and window add to the offset.
+    normal : g, derivative of the distance.
+    mixed : m, of the slope of ½d² along the curve [mm].
+    bend : b, its derivative along the curve.
+    """
+
+    distance: Float[np.ndarray, " points"]
+    weight: Float[np.ndarray, "points _"]
+    normal: Float[np.ndarray, "points dofs"]
+    mixed: Float[np.ndarray, "points dofs"]
+    bend: Float[np.ndarray, " points"]
 
 
 class CurvePoints:
@@ -39,13 +66,21 @@ class CurvePoints:
         self._shares = shares
         self._basis = basis
         self._window = window
+        self._first_control = first_control
         self._controls = first_control + window
         #: Carriers and window of control points of each point.
         self.connectivity = np.concatenate([carriers, self._controls], axis=1)
 
     def local(self, stations: Float[np.ndarray, " points"], order: int) -> Float[np.ndarray, "points window"]:
         """Basis functions of the window, or their derivatives."""
-        return np.take_along_axis(self._basis.values(stations, order), self._window, axis=1)
+        first, local = self._first(stations), np.zeros(self._window.shape)
+        own = (first - self._window[:, 0])[:, None] + _OWN
+        np.put_along_axis(local, own, self._basis.local(stations, first, order), axis=1)
+        return local
+
+    def _first(self, stations: Float[np.ndarray, " points"]) -> Int[np.ndarray, " points"]:
+        """First of the control points that act at each station, in the window."""
+        return np.clip(self._basis.first_control(stations), self._window[:, 0], self._window[:, -1] - DEGREE)
 
     def places(self, positions: Float[np.ndarray, "all 3"]) -> Float[np.ndarray, "points 3"]:
         """Where the points are [mm]."""
@@ -83,20 +118,24 @@ class CurvePoints:
         Float[np.ndarray, " points"], Float[np.ndarray, "points dofs"], Float[np.ndarray, "points dofs dofs"]
     ]:
         """Distance and its two derivatives; the closest point's motion is condensed."""
+        bent = self.bent(positions)
+        weight, gradient = bent.weight, bent.normal
+        hessian = isotropic(weight[:, :, None] * weight[:, None, :])
+        hessian -= (bent.mixed / bent.bend[:, None])[:, :, None] * bent.mixed[:, None, :]
+        hessian -= gradient[:, :, None] * gradient[:, None, :]
+        hessian /= bent.distance[:, None, None]
+        return bent.distance, gradient, hessian
+
+    def bent(self, positions: Float[np.ndarray, "all 3"]) -> Bent:
+        """See `Bent`; the closest point's motion is condensed."""
         s, offset, tangent, bend = self._closest(positions)
         slope, weight = self.local(s, 1), self._weight_at(s)
         # D = ½|x − c(s)|² and its derivatives in y; s is stationary.
         gradient = weight[:, :, None] * offset[:, None, :]
         mixed = -weight[:, :, None] * tangent[:, None, :]
         mixed[:, -slope.shape[1] :] -= slope[:, :, None] * offset[:, None, :]
-        gradient, mixed = rows(gradient), rows(mixed)
         distance = np.linalg.norm(offset, axis=1)
-        gradient /= distance[:, None]
-        hessian = isotropic(weight[:, :, None] * weight[:, None, :])
-        hessian -= (mixed / bend[:, None])[:, :, None] * mixed[:, None, :]
-        hessian -= gradient[:, :, None] * gradient[:, None, :]
-        hessian /= distance[:, None, None]
-        return distance, gradient, hessian
+        return Bent(distance, weight, rows(gradient) / distance[:, None], rows(mixed), bend)
 
     def around(
         self, positions: Float[np.ndarray, "all 3"]
@@ -124,8 +163,14 @@ class CurvePoints:
         first, last = self._window[:, 0], self._window[:, -1] + 1 - DEGREE
         low = np.where(first == 0, -DEGREE, first)
         high = np.where(last == self._basis.spans, last + DEGREE, last)
+        pieces = self._basis.pieces(positions[self._first_control :][: self._basis.count])
         for _ in range(_CLOSEST_STEPS):
-            c, tangent, curve = (self.on_curve(positions, self.local(s, order)) for order in range(3))
+            start = self._first(s)
+            cubic, square, slope, value = pieces[start].transpose(1, 0, 2)
+            way = (np.clip(s, 0.0, self._basis.length) - start * self._basis.span)[:, None]
+            c = ((cubic * way + square) * way + slope) * way + value
+            tangent = (3.0 * cubic * way + 2.0 * square) * way + slope
+            curve = 6.0 * cubic * way + 2.0 * square
             beyond = self._beyond(s)[:, None]
             offset = x - c - beyond * tangent
             residual = np.einsum("ni,ni->n", offset, tangent)

@@ -11,7 +11,7 @@ the cavity turns on the rod without friction. Lengths mm, forces N.
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.interpolate import BSpline
+from scipy.interpolate import BSpline, PPoly
 
 DEGREE = 3
 # Axial stiffness [N]: the paper's beam is inextensible. A tension of 3 N, that of 70 kPa in all chambers,
@@ -38,8 +38,18 @@ class SplineBasis:
         self.count = spans + DEGREE
         self._splines = [BSpline(knots, np.eye(self.count), DEGREE)]
         self._splines += [self._splines[0].derivative(order) for order in (1, 2)]
+        self._pieces = [self._local_pieces(spline) for spline in self._splines]
         #: Stations at which control points reproduce the straight rod, c(s) = s e3.
         self.greville = np.array([knots[i + 1 : i + DEGREE + 1].mean() for i in range(self.count)])
+
+    def _local_pieces(self, spline: BSpline) -> Float[np.ndarray, "powers spans local"]:
+        """Coefficients of every span's own basis functions in the way from its start, highest power first."""
+        # Knots that coincide at the ends have pieces of no length.
+        each = (BSpline(spline.t, one, spline.k) for one in spline.c.T)
+        pieces = np.stack([PPoly.from_spline(one).c for one in each], axis=2)
+        pieces = pieces[:, spline.k : spline.k + self.spans]
+        own = np.arange(self.spans)[:, None] + np.arange(DEGREE + 1)
+        return np.take_along_axis(pieces, own[None], axis=2)
 
     def first_control(self, stations: Float[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
         """Lowest of the control points that act at each station."""
@@ -48,6 +58,22 @@ class SplineBasis:
     def values(self, stations: Float[np.ndarray, " n"], order: int = 0) -> Float[np.ndarray, "n controls"]:
         """Basis functions, or their first or second derivative, at each station."""
         return self._splines[order](np.clip(stations, 0.0, self.length))
+
+    def pieces(self, controls: Float[np.ndarray, "controls 3"]) -> Float[np.ndarray, "spans powers 3"]:
+        """Coefficients of the curve on every span in the way from its start, highest power first."""
+        own = controls[np.arange(self.spans)[:, None] + np.arange(DEGREE + 1)]
+        return np.einsum("psa,sai->spi", self._pieces[0], own)
+
+    def local(
+        self, stations: Float[np.ndarray, " n"], first: Int[np.ndarray, " n"], order: int
+    ) -> Float[np.ndarray, "n local"]:
+        """Those of `values` that belong to the control points from ``first`` on, on their own span."""
+        way = (np.clip(stations, 0.0, self.length) - first * self.span)[:, None]
+        highest, *lower = self._pieces[order]
+        value = highest[first]
+        for coefficients in lower:
+            value = value * way + coefficients[first]
+        return value
 
 
 class RodAxis:

@@ -30,6 +30,7 @@ from fem_reference import element_kernel
 from fem_reference.element_kernel import ElementChunk
 from fem_reference.material import Moduli, Ogden
 from fem_reference.mesh import BodyMesh
+from fem_reference.mirror import Halves
 from fem_reference.reference_element import reference_element
 
 _MPA = 1e6
@@ -48,22 +49,25 @@ class SolidElements:
     ----------
     mesh : hexahedra [mm], linear or quadratic.
     material : Ogden solid.
+    halves : which of the hexahedra to work out, and of how many each stands for; by default all.
     """
 
-    def __init__(self, mesh: BodyMesh, material: Ogden) -> None:
+    def __init__(self, mesh: BodyMesh, material: Ogden, halves: Halves | None = None) -> None:
         reference = reference_element(mesh.order)
         self.material = material
-        self.connectivity = mesh.elements
+        self.connectivity = mesh.elements if halves is None else mesh.elements[halves.kept]
         self.bulk_modulus = material.bulk_modulus / _MPA
         corner = mesh.points[self.connectivity]
         # ∂X_i/∂ξ_j at every Gauss point.
         mapping = np.einsum("eai,qaj->eqij", corner, reference.gradients)
         gradients = reference.gradients @ np.linalg.inv(mapping)
         weights = reference.weights * np.linalg.det(mapping)
+        if halves is not None:
+            weights *= halves.counts[:, None]
         self.volume = weights.sum(axis=1)
         #: Share of the body's volume that belongs to each node [mm³].
         self.nodal_volumes = np.bincount(
-            self.connectivity.ravel(), weights=(weights @ reference.values).ravel()
+            self.connectivity.ravel(), (weights @ reference.values).ravel(), len(mesh.points)
         )
         modes = _pressure_modes(reference.values @ corner, weights, mesh.order)
         #: Pressure coefficients of an element.

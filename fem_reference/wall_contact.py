@@ -13,7 +13,7 @@ import numpy as np
 import scipy.sparse as sparse
 from jaxtyping import Float, Int
 
-from fem_reference.wall_pairs import WallPairs, wall_pairs
+from fem_reference.wall_pairs import WallPairs, pair_vertices, wall_pairs
 
 ACTIVATION = 0.05
 # Stress scale of the area-weighted barrier. The bending angle at 60 kPa moves by 0.5 % when it is divided by
@@ -121,17 +121,16 @@ class WallContact:
         They are those of all vertices of faces and edges that are near each other: whichever of them is the
         closest changes with every step.
         """
-        vertices, edges, faces = self._vertices(positions), self._mesh.edges, self._mesh.faces
-        reach = _NEAR * ACTIVATION
+        vertices, reach = self._vertices(positions), _NEAR * ACTIVATION
         candidates = ipctk.Candidates()
         candidates.build(self._mesh, vertices, reach / 2.0)
-        near = [
-            pair.vertex_ids(edges, faces)
-            for kind in (candidates.fv_candidates, candidates.ee_candidates)
-            for pair in kind
-            if pair.compute_distance(pair.dof(vertices, edges, faces)) <= reach**2
-        ]
-        members, count = np.array(near, int).reshape(-1, 4), len(self.nodes)
+        near, count = [], len(self.nodes)
+        for pairs in (candidates.fv_candidates, candidates.ee_candidates):
+            own = pair_vertices(pairs, self._mesh)
+            places = vertices[own].reshape(-1, 12)
+            squares = [pair.compute_distance(place) for pair, place in zip(pairs, places, strict=True)]
+            near.append(own[np.array(squares) <= reach**2])
+        members = np.concatenate(near)
         both = np.unique(members[:, :, None] * count + members[:, None, :])
         components = np.arange(3)
         rows, columns = np.broadcast_arrays(

@@ -13,13 +13,11 @@ Nocedal and Wright (2006), Numerical Optimization, §19.3. Li et al. (2020), Inc
 the barrier b = −(s − 1)² ln s of the squared distance, s = (d/d̂)².
 """
 
-import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import ipctk
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 # λ of a pair that was not there before: what it is at this share of the activation distance, or f if that is
 # less; and the least of it that a step leaves of what was.
@@ -67,15 +65,20 @@ class WallPairs:
     stiffness: Float[np.ndarray, " pairs"]
 
     @property
-    def names(self) -> list[tuple[int, ...]]:
+    def names(self) -> Int[np.ndarray, "pairs 5"]:
         """The same for the same pair at another iterate."""
-        return [tuple(row) for row in np.column_stack([self.kinds, self.members]).tolist()]
+        return np.column_stack([self.kinds, self.members])
 
-    def expected(self, vertices: np.ndarray) -> dict[tuple[int, ...], float]:
-        """λ of these pairs after a move to other ``vertices`` [MPa]."""
+    def expected(
+        self, vertices: np.ndarray, names: Int[np.ndarray, "others 5"]
+    ) -> Float[np.ndarray, " others"]:
+        """λ of the pairs of these names after a move to other ``vertices`` [MPa]; NaN of those unknown."""
         moved = (vertices - self.vertices)[self.members]
         force = self.force - self.stiffness * np.einsum("pai,pai->p", self.gradient, moved)
-        return dict(zip(self.names, np.maximum(force, _LEAST * self.force).tolist(), strict=True))
+        _, number = np.unique(np.concatenate([self.names, names]), axis=0, return_inverse=True)
+        known = np.full(len(number), np.nan)
+        known[number[: len(force)]] = np.maximum(force, _LEAST * self.force)
+        return known[number[len(force) :]]
 
     def change(self) -> tuple[np.ndarray, np.ndarray]:
         """Vertices of the pairs whose stiffness is not the law's, and their local matrices, of change."""
@@ -101,23 +104,17 @@ def wall_pairs(
     activation [mm], stiffness [MPa] : of the barrier.
     before : the pairs of the last iterate; without them the stiffness is the law's.
     """
-    count = len(collisions)
-    kinds, members = np.zeros(count, int), np.zeros((count, 4), int)
-    distance, area, gradient = np.empty(count), np.empty(count), np.zeros((count, 4, 3))
-    edges, faces, i = mesh.edges, mesh.faces, 0
-    for kind, of_kind in enumerate(_by_kind(collisions)):
-        kinds[i : i + len(of_kind)] = kind
-        for pair in of_kind:
-            found, distance[i], slope, area[i] = _measured(pair, vertices, edges, faces)
-            members[i, : len(found)], gradient[i, : len(found)] = found, slope
-            i += 1
+    found = [_measured(of_kind, mesh, vertices) for of_kind in _by_kind(collisions)]
+    kinds = np.repeat(np.arange(len(found)), [len(members) for members, *_ in found])
+    members, distance, gradient, area = (np.concatenate(parts) for parts in zip(*found, strict=True))
     force, law = barrier_force(distance, activation, stiffness)
     pairs = WallPairs(vertices, kinds, members, gradient, area, distance, force, law, law)
     if before is None:
         return pairs
     wide = np.maximum(distance, _NEW * activation)
-    new, known = barrier_force(wide, activation, stiffness)[0].tolist(), before.expected(vertices)
-    expected = np.array([known.get(name, default) for name, default in zip(pairs.names, new, strict=True)])
+    new, _ = barrier_force(wide, activation, stiffness)
+    known = before.expected(vertices, pairs.names)
+    expected = np.where(np.isnan(known), new, known)
     excess = np.where(np.abs(expected - force) > _AGREED * force, expected - force, 0.0)
     taken = np.maximum(law + excess / distance, 0.0)
     return replace(pairs, stiffness=taken)
@@ -136,13 +133,49 @@ def _by_kind(collisions: ipctk.NormalCollisions) -> tuple[list, list, list, list
     )
 
 
+def pair_vertices(pairs: list, mesh: ipctk.CollisionMesh) -> Int[np.ndarray, "pairs _"]:
+    """Vertices of pairs of one kind, as ipctk orders them.
+
+    ipctk tells them of each pair by a call that takes as long as all else that is asked of it.
+    """
+    if not pairs:
+        return np.zeros((0, 4), int)
+    kind = pairs[0]
+    if hasattr(kind, "face_id"):
+        ids = np.array([(pair.vertex_id, pair.face_id) for pair in pairs])
+        return np.column_stack([ids[:, 0], mesh.faces[ids[:, 1]]])
+    if hasattr(kind, "edge0_id"):
+        ids = np.array([(pair.edge0_id, pair.edge1_id) for pair in pairs])
+        return np.column_stack([mesh.edges[ids[:, 0]], mesh.edges[ids[:, 1]]])
+    if hasattr(kind, "edge_id"):
+        ids = np.array([(pair.vertex_id, pair.edge_id) for pair in pairs])
+        return np.column_stack([ids[:, 0], mesh.edges[ids[:, 1]]])
+    return np.array([(pair.vertex0_id, pair.vertex1_id) for pair in pairs])
+
+
 def _measured(
-    pair: Any, vertices: np.ndarray, edges: np.ndarray, faces: np.ndarray
-) -> tuple[list[int], float, np.ndarray, float]:
-    """Vertices of a pair, its distance, that one's gradient, and area."""
-    points, size = pair.dof(vertices, edges, faces), pair.num_vertices()
-    # ipctk's distances are squared ones.
-    distance = math.sqrt(pair.compute_distance(points))
-    gradient = pair.compute_distance_gradient(points).reshape(size, 3) / (2.0 * distance)
-    area = pair.weight * (pair.mollifier(points) if pair.is_mollified() else 1.0)
-    return pair.vertex_ids(edges, faces)[:size], distance, gradient, area
+    pairs: list, mesh: ipctk.CollisionMesh, vertices: np.ndarray
+) -> tuple[
+    Int[np.ndarray, "pairs 4"],
+    Float[np.ndarray, " pairs"],
+    Float[np.ndarray, "pairs 4 3"],
+    Float[np.ndarray, " pairs"],
+]:
+    """Vertices of pairs of one kind, their distances, these' gradients, and areas."""
+    own = pair_vertices(pairs, mesh)
+    count, size = own.shape
+    members, shares = np.zeros((count, 4), int), np.zeros((count, 4))
+    members[:, :size] = own
+    places = vertices[own].reshape(count, 3 * size)
+    # The vector between the closest points is Σ c_a x_a; as these are the closest, its length changes as if
+    # the c_a stayed.
+    each = list(zip(pairs, places, strict=True))
+    if pairs:
+        shares[:, :size] = [pair.compute_coefficients(place) for pair, place in each]
+    between = np.einsum("pa,pai->pi", shares[:, :size], vertices[own])
+    distance = np.linalg.norm(between, axis=1)
+    gradient = shares[:, :, None] * (between / distance[:, None])[:, None]
+    area = np.array([pair.weight for pair in pairs])
+    if pairs and pairs[0].is_mollified():
+        area *= [pair.mollifier(place) for pair, place in each]
+    return members, distance, gradient, area

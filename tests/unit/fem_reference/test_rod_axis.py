@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fem_reference.rod_axis import RodAxis, SplineBasis
+from fem_reference.rod_axis import DEGREE, RodAxis, SplineBasis
 from fem_reference.rod_frame import RodFrame
 from tests.fem_fixtures import assemble, difference, relative_error, rotation, times
 
@@ -35,6 +35,26 @@ def test_control_points_at_rest_give_the_straight_rod_by_arc_length(axis):
     np.testing.assert_allclose(axis.extension(axis.rest()), 0.0, atol=1e-14)
     # Round-off of 1e-16 mm in the elongation, times EA/h of 5e4 N/mm, squared and summed.
     assert axis.energy(axis.rest()) == pytest.approx(0.0, abs=1e-11)
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_the_functions_and_pieces_of_one_span_are_those_of_the_whole_curve(axis, order):
+    """At knots, between them, and at both ends; the second derivative is 1/h² in size."""
+    basis = axis.basis
+    s = np.concatenate([np.linspace(0.0, basis.length, 4 * basis.spans + 1), [-0.1, basis.length + 0.1]])
+    first = basis.first_control(s)
+    own = first[:, None] + np.arange(DEGREE + 1)
+    whole = basis.values(s, order)
+    bound = 1e-13 / basis.span**order
+    local = np.zeros_like(whole)
+    np.put_along_axis(local, own, basis.local(s, first, order), axis=1)
+    np.testing.assert_allclose(local, whole, atol=bound)
+    controls = np.random.default_rng(0).normal(size=(basis.count, 3))
+    way = np.clip(s, 0.0, basis.length) - first * basis.span
+    for i in range(3):
+        pieces = basis.pieces(controls)[first, :, i]
+        found = [np.polyval(np.polyder(p, order), w) for p, w in zip(pieces, way, strict=True)]
+        np.testing.assert_allclose(found, whole @ controls[:, i], atol=50.0 * bound)
 
 
 def test_an_arc_has_the_energy_of_its_curvature_at_fourth_order():

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from fem_reference.wall_contact import ACTIVATION, STIFFNESS
-from fem_reference.wall_pairs import WallPairs, barrier_force, wall_pairs
+from fem_reference.wall_pairs import WallPairs, barrier_force, pair_vertices, wall_pairs
 from tests.fem_fixtures import difference
 
 # A vertex above the middle of a triangle, the nearest of a second triangle's.
@@ -98,3 +98,44 @@ def test_a_gap_that_is_too_narrow_opens_without_doubling_step_by_step():
     # From 1e-5 to 0.015 mm are eleven doublings.
     assert plain >= 11
     assert with_forces <= 0.7 * plain
+
+
+def test_pairs_of_every_kind_are_measured_as_ipctk_does():
+    """Two crumpled sheets on each other: vertices and distances are those that ipctk tells of each pair."""
+    count = 5
+    grid = np.arange(count**2).reshape(count, count)
+    corners = [grid[:-1, :-1], grid[:-1, 1:], grid[1:, :-1], grid[1:, 1:]]
+    a, b, c, d = (corner.ravel() for corner in corners)
+    sheet = np.concatenate([np.column_stack([a, b, c]), np.column_stack([b, d, c])])
+    faces = np.concatenate([sheet, sheet + count**2]).astype(np.int32)
+    sides = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    edges = np.unique(np.sort(sides, axis=1), axis=0)
+    x, y = np.meshgrid(np.arange(count, dtype=float), np.arange(count, dtype=float))
+    flat = np.column_stack([0.1 * x.ravel(), 0.1 * y.ravel(), np.zeros(count**2)])
+    noise = 0.01 * np.random.default_rng(0).normal(size=(2 * count**2, 3))
+    points = np.asfortranarray(np.concatenate([flat, flat + np.array([0.03, 0.02, 0.06])]) + noise)
+    mesh = ipctk.CollisionMesh(points, edges, faces)
+    collisions = ipctk.NormalCollisions()
+    collisions.build(mesh, points, ACTIVATION)
+    pairs = wall_pairs(collisions, mesh, points, ACTIVATION, STIFFNESS, None)
+    assert set(pairs.kinds) == {0, 1, 2, 3}
+    kinds = (
+        collisions.vv_collisions,
+        collisions.ev_collisions,
+        collisions.ee_collisions,
+        collisions.fv_collisions,
+    )
+    for number, of_kind in enumerate(kinds):
+        own = pair_vertices(of_kind, mesh)
+        told = [pair.vertex_ids(edges, faces)[: own.shape[1]] for pair in of_kind]
+        np.testing.assert_array_equal(own, told)
+        places = [pair.dof(points, edges, faces) for pair in of_kind]
+        squares = [pair.compute_distance(place) for pair, place in zip(of_kind, places, strict=True)]
+        gradients = [
+            pair.compute_distance_gradient(place) for pair, place in zip(of_kind, places, strict=True)
+        ]
+        chosen = pairs.kinds == number
+        np.testing.assert_allclose(pairs.distance[chosen] ** 2, squares, rtol=1e-10)
+        # Of the squared distance, 2 d ∂d.
+        slope = 2.0 * pairs.distance[chosen, None, None] * pairs.gradient[chosen, : own.shape[1]]
+        np.testing.assert_allclose(slope.reshape(len(told), -1), gradients, atol=1e-12)

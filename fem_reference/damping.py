@@ -33,7 +33,7 @@ _RATES_BY_EXCESS = _RATES, (0.2, 3.2, 12.8), (0.2, 12.8)
 # Steps alike: cosine of the angle between two of them, their ratio's bounds, and how many in a row; by how
 # much the last is then lengthened at most, and to what displacement [mm].
 _ALIKE, _SLOWEST, _FASTEST, _ROW = 0.95, 0.7, 1.6, 2
-_FARTHEST, _LONGEST = 8.0, 0.3
+_FARTHEST, _LONGEST = 8.0, 1.0
 # Shares of the rod's roundness that are left out, tried in turn: it is tens of times the stiffness of what
 # sways around it, and steps without any of it are as much too short.
 _SHARES = (0.0, 0.25, 0.5, 1.0)

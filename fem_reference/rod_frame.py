@@ -1,9 +1,9 @@
 """Deformations of the actuator seen from its rod: what is left when the rod's bending is taken off.
 
 A slender body that bends moves its sections by nearly rigid motions, and a mean of two deformations in space
-strains the thread and the rod by the square of their turn. In the frame of the rod the mean is harmless: it
-is taken of the turns and distances between neighbouring stations of the rod, and of the nodes' coordinates in
-the frames there.
+strains the thread and the rod by the square of their turn, and lifts walls that slide around the rod off it.
+In the frame of the rod the mean is harmless: it is taken of the turns and distances between neighbouring
+stations of the rod, and of the nodes' cylindrical coordinates in the frames there.
 """
 
 import numpy as np
@@ -60,19 +60,46 @@ class RodFrame:
     ) -> Float[np.ndarray, "points 3"]:
         """Weighted mean of deformations, weights adding up to one; negative ones extrapolate."""
         nodes = len(self._level)
-        turn, distance, local = np.zeros(()), np.zeros(()), np.zeros(())
+        turn, distance, around = np.zeros(()), np.zeros(()), _Around()
         for x, weight in zip(positions, weights, strict=True):
             centre, frames = self.frames(x[nodes:])
             between = np.swapaxes(frames[:-1], 1, 2) @ frames[1:]
             turn = turn + weight * Rotation.from_matrix(between).as_rotvec()
             distance = distance + weight * np.einsum("nji,nj->ni", frames[:-1], np.diff(centre, axis=0))
             arms = x[:nodes] - centre[self._level]
-            local = local + weight * np.einsum("nji,nj->ni", frames[self._level], arms)
+            around.add(np.einsum("nji,nj->ni", frames[self._level], arms), weight)
         between = Rotation.from_rotvec(turn).as_matrix()
         frames, centre = np.empty((len(between) + 1, 3, 3)), np.zeros((len(between) + 1, 3))
         frames[0] = np.eye(3)
         for i, rotation in enumerate(between):
             centre[i + 1] = centre[i] + frames[i] @ distance[i]
             frames[i + 1] = frames[i] @ rotation
-        moved = centre[self._level] + np.einsum("nij,nj->ni", frames[self._level], local)
+        moved = centre[self._level] + np.einsum("nij,nj->ni", frames[self._level], around.mean())
         return np.concatenate([moved, self._fit @ centre[self._greville]])
+
+
+class _Around:
+    """Weighted mean of places about an axis along z: of their distances from it, angles around it, and z.
+
+    A wall that slides around the rod stays as far from it as it was, where a mean of straight coordinates
+    would lift it off, or press it on the rod, by the square of the angle: 5 µm for 0.1 mm, of which the
+    contact makes 0.6 MPa.
+    """
+
+    def __init__(self) -> None:
+        self._first: np.ndarray | None = None
+        self._radius, self._angle, self._along = np.zeros(()), np.zeros(()), np.zeros(())
+
+    def add(self, local: Float[np.ndarray, "nodes 3"], weight: float) -> None:
+        across = local[:, 0] + 1j * local[:, 1]
+        if self._first is None:
+            self._first = across
+        self._radius = self._radius + weight * np.abs(across)
+        # From the first one on, so that none is beyond the half turn.
+        self._angle = self._angle + weight * np.angle(across * self._first.conj())
+        self._along = self._along + weight * local[:, 2]
+
+    def mean(self) -> Float[np.ndarray, "nodes 3"]:
+        assert self._first is not None
+        across = self._radius * np.exp(1j * (np.angle(self._first) + self._angle))
+        return np.column_stack([across.real, across.imag, self._along])

@@ -37,11 +37,11 @@ def test_steps_that_shrink_fast_or_turn_are_left_alone():
     assert [stretch.factor(random.normal(size=(40, 3))) for _ in range(5)] == [1.0] * 5
 
 
-def test_none_is_lengthened_beyond_a_third_of_a_millimetre():
-    *_, last = factors(0.97, 3, scale=100.0)
-    largest = 100.0 * 0.97**2 * np.abs(DIRECTION).max()
-    assert last * largest == pytest.approx(0.3)
-    assert factors(0.97, 3, scale=1e3)[-1] == 1.0
+def test_none_is_lengthened_beyond_a_millimetre():
+    *_, last = factors(0.97, 3, scale=300.0)
+    largest = 300.0 * 0.97**2 * np.abs(DIRECTION).max()
+    assert last * largest == pytest.approx(1.0)
+    assert factors(0.97, 3, scale=3e3)[-1] == 1.0
 
 
 def test_a_step_after_a_break_does_not_follow_from_the_last():

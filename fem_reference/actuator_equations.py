@@ -88,7 +88,8 @@ class ActuatorEquations:
         self.halves = self._halves(self.mesh.elements)
         self.solid = SolidElements(self.mesh, model.material, self.halves)
         self.walls = WallContact(self.rest_positions, np.concatenate([c.quads for c in self.chambers]))
-        self.bond, self.contact = self._axis_contact(radius, length, model.bonded)
+        #: Nodes of the cavity that may slide on the rod come with its bond and contact.
+        self.bond, self.contact, self.sliding = self._axis_contact(radius, length, model.bonded)
         face = self.mesh.nodes(TOP)
         self.tip = TipFace(face, self.mesh.nodal_areas(TOP)[face], self.rest_positions)
         #: Mass that each point stands for [tonne].
@@ -106,8 +107,10 @@ class ActuatorEquations:
             groups[number] = np.where(padding.repeat(3, axis=1), -1, groups[number])
         self.pattern = SparsePattern(self.size, groups, self._bending[:2], signs if model.symmetric else None)
 
-    def _axis_contact(self, radius: float, length: float, bonded: str) -> tuple[AxisBond, AxisContact]:
-        """The cavity's wall on the rod: bonded nodes, and facets that are not bonded as a whole."""
+    def _axis_contact(
+        self, radius: float, length: float, bonded: str
+    ) -> tuple[AxisBond, AxisContact, Int[np.ndarray, " sliding"]]:
+        """The cavity's wall on the rod: bonded nodes, facets that are not bonded as a whole, their nodes."""
         above = {"cap": self.body_length, "tip": length, "all": 0.0}[bonded] - 1e-6
         height = self.mesh.points[:, 2]
         nodes = self.mesh.nodes(CAVITY)
@@ -117,11 +120,11 @@ class ActuatorEquations:
         facets = self.mesh.facets[CAVITY]
         free = (height[facets] < above).any(axis=1)
         values, areas = self.mesh.gauss_points(CAVITY)
-        halves = self._halves(facets[free])
-        areas = halves.counts[:, None] * areas[free][halves.kept]
-        facets = facets[free][halves.kept]
-        contact = AxisContact(facets, values, areas, self.mesh.points, self.basis, self.nodes)
-        return bond, contact
+        facets, areas = facets[free], areas[free]
+        halves = self._halves(facets)
+        areas = halves.counts[:, None] * areas[halves.kept]
+        contact = AxisContact(facets[halves.kept], values, areas, self.mesh.points, self.basis, self.nodes)
+        return bond, contact, np.unique(facets)
 
     def _images(self) -> Int[np.ndarray, " points"] | None:
         """Every point's image, where the winding has images too."""

@@ -29,6 +29,7 @@ class Polynomial:
         here, share = self.states[0], 1.0
         for _ in range(_CUTS):
             plain = self.leg.mean(self.states, weights(share * step, self.back))
+            plain = self.leg.held_off(here, plain)
             guess, allowed = plain, self.leg.start_share(here, plain)
             if allowed < 1.0:
                 guess = self.leg.held_apart(here, plain)

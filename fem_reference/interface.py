@@ -21,6 +21,8 @@ ACTIVATION = 0.02
 REST_SHARE = 0.9
 STIFFNESS = 1.0
 _CLOSE = 0.1
+#: How far inside the rod's surface a wall is under 0.5 MPa [mm], about as much as presses it at 50 kPa.
+PRESSED = REST_SHARE * ACTIVATION
 #: Share of the rod's radius by which a node may be inside it while Newton's method iterates.
 INSIDE_SHARE = 0.5
 

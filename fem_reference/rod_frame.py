@@ -7,7 +7,7 @@ stations of the rod, and of the nodes' cylindrical coordinates in the frames the
 """
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from scipy.spatial.transform import Rotation
 
 from fem_reference.rod_axis import SplineBasis
@@ -54,6 +54,32 @@ class RodFrame:
         local = np.einsum("nji,nj->ni", frames[self._level], positions[:nodes] - centre[self._level])
         local[:, 2] += self._stations
         return local
+
+    def held_off(
+        self,
+        positions: Float[np.ndarray, "points 3"],
+        nodes: Int[np.ndarray, " some"],
+        least: Float[np.ndarray, " some"],
+    ) -> Float[np.ndarray, "points 3"]:
+        """The positions, with nodes that are nearer to the rod's curve than ``least`` moved off it."""
+        centre, frames = self.frames(positions[len(self._level) :])
+        level = self._level[nodes]
+        across = np.einsum("nji,nj->ni", frames[level], positions[nodes] - centre[level])[:, :2]
+        radius = np.linalg.norm(across, axis=1)
+        outwards = np.maximum(least / radius - 1.0, 0.0)[:, None] * across
+        held = positions.copy()
+        held[nodes] += np.einsum("nij,nj->ni", frames[level][:, :, :2], outwards)
+        return held
+
+    def distance(
+        self, positions: Float[np.ndarray, "points 3"], nodes: Int[np.ndarray, " some"]
+    ) -> Float[np.ndarray, " some"]:
+        """Of some nodes from where the rod's curve crosses their section [mm]."""
+        centre, frames = self.frames(positions[len(self._level) :])
+        level = self._level[nodes]
+        local = np.einsum("nji,nj->ni", frames[level], positions[nodes] - centre[level])
+        distance: np.ndarray = np.linalg.norm(local[:, :2], axis=1)
+        return distance
 
     def mean(
         self, positions: list[Float[np.ndarray, "points 3"]], weights: list[float]

@@ -287,6 +287,10 @@ class VolumeLed(Problem):
         moved = self.problem.advance(at.deformation, step.actuator, fraction, linear.actuator)
         return Filled(moved, at.pressure + fraction * step.pressure)
 
+    def held_off(self, at: Filled, trial: Filled) -> Filled:
+        """See `ActuatorProblem.held_off`."""
+        return Filled(self.problem.held_off(at.deformation, trial.deformation), trial.pressure)
+
     def held_apart(self, at: Filled, trial: Filled) -> Filled:
         """See `Problem.held_apart`."""
         held = self.problem.held_apart(at.deformation, trial.deformation)

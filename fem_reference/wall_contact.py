@@ -60,6 +60,7 @@ class WallContact:
         # Sums in a fixed order: the same positions give the same force, bit for bit.
         ipctk.set_num_threads(1)
         self._potential = ipctk.BarrierPotential(ACTIVATION, STIFFNESS, use_physical_barrier=True)
+        self._last: tuple[np.ndarray, ipctk.NormalCollisions, sparse.csr_matrix] | None = None
 
     def _vertices(self, positions: Float[np.ndarray, "nodes 3"]) -> np.ndarray:
         return np.asfortranarray(positions[self.nodes] + self._offset)
@@ -89,12 +90,9 @@ class WallContact:
 
         The stiffness is the Hessian, or what Newton's method takes for it after the pairs ``before``.
         """
-        vertices = self._vertices(positions)
-        collisions = self._collisions(vertices)
+        vertices, collisions, hessian = self._whole(positions)
         if collisions.empty():
             return None
-        none = ipctk.PSDProjectionMethod.NONE
-        hessian = self._hessian(self._potential, collisions, vertices, positions.size, none)
         force = self._force(collisions, vertices, positions)
         pairs = wall_pairs(collisions, self._mesh, vertices, ACTIVATION, STIFFNESS, before)
         members, local = pairs.change()
@@ -105,15 +103,22 @@ class WallContact:
 
     def concave_part(self, positions: Float[np.ndarray, "nodes 3"]) -> sparse.csr_matrix | None:
         """Every pair's own negative eigenvalues, as a part of the Hessian; None where no walls are near."""
-        vertices = self._vertices(positions)
-        collisions = self._collisions(vertices)
+        vertices, collisions, hessian = self._whole(positions)
         if collisions.empty():
             return None
-        whole, convex = (
-            self._hessian(self._potential, collisions, vertices, positions.size, projection)
-            for projection in (ipctk.PSDProjectionMethod.NONE, ipctk.PSDProjectionMethod.CLAMP)
-        )
-        return whole - convex
+        convex = ipctk.PSDProjectionMethod.CLAMP
+        return hessian - self._hessian(collisions, vertices, positions.size, convex)
+
+    def _whole(
+        self, positions: Float[np.ndarray, "nodes 3"]
+    ) -> tuple[np.ndarray, ipctk.NormalCollisions, sparse.csr_matrix]:
+        """Vertices, pairs and Hessian; of one iterate its concave part as a rule is asked for next."""
+        vertices = self._vertices(positions)
+        if self._last is None or not np.array_equal(self._last[0], vertices):
+            collisions, whole = self._collisions(vertices), ipctk.PSDProjectionMethod.NONE
+            hessian = self._hessian(collisions, vertices, positions.size, whole)
+            self._last = vertices, collisions, hessian
+        return self._last
 
     def neighbours(self, positions: Float[np.ndarray, "nodes 3"]) -> sparse.csr_matrix:
         """A matrix over all degrees of freedom with entries where the Hessian has some, or soon may.
@@ -149,13 +154,12 @@ class WallContact:
 
     def _hessian(
         self,
-        potential: ipctk.BarrierPotential,
         collisions: ipctk.NormalCollisions,
         vertices: np.ndarray,
         size: int,
         projection: ipctk.PSDProjectionMethod,
     ) -> sparse.csr_matrix:
-        local = potential.hessian(collisions, self._mesh, vertices, projection).tocoo()
+        local = self._potential.hessian(collisions, self._mesh, vertices, projection).tocoo()
         dofs = (3 * self.nodes[:, None] + np.arange(3)).ravel()
         return sparse.csr_matrix((local.data, (dofs[local.row], dofs[local.col])), shape=(size, size))
 

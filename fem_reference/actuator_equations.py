@@ -74,6 +74,8 @@ class ActuatorEquations:
             self.joints = [ThreadBending(self.thread, self.mesh.points, stiffness)]
         self.chambers = [Chamber(self.mesh, name) for name in CHAMBERS]
         radius = geometry.cavity_diameter / 2.0 * MILLIMETRE
+        #: Where chambers begin [mm].
+        self.inner_radius = geometry.chamber_inner_radius * MILLIMETRE
         self.body_length = geometry.body_length * MILLIMETRE
         length = self.body_length + geometry.cap_length * MILLIMETRE
         # A node's window of control points wants three spans.

@@ -6,7 +6,8 @@ The tip load's own stiffness, of rank three and not symmetric, enters by the Woo
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
+from scipy.spatial import cKDTree
 
 from fem_reference.actuator_equations import ActuatorEquations
 from fem_reference.actuator_load import ActuatorTarget
@@ -56,6 +57,7 @@ class ActuatorProblem(Problem):
         self._frame = RodFrame(equations.basis, equations.mesh.points[:, 2])
         self._cavity = equations.sliding
         self._pressed = self._frame.distance(equations.rest_positions, self._cavity) - PRESSED
+        self._behind = _behind(equations.mesh.points, self._cavity, equations.inner_radius)
 
     def begin(self, start: Deformation, target: ActuatorTarget) -> Deformation:
         """The start, which must keep the cavity's wall outside the rod."""
@@ -166,7 +168,11 @@ class ActuatorProblem(Problem):
         force is that of 3 MPa, and its matrix, as they slide off the rod, has hundreds of negative pivots.
         """
         least = np.minimum(self._frame.distance(at.positions, self._cavity), self._pressed)
-        return replace(trial, positions=self._frame.held_off(trial.positions, self._cavity, least))
+        moved = self._frame.held_off(trial.positions, self._cavity, least)
+        nodes, nearest, share = self._behind
+        positions = trial.positions.copy()
+        positions[nodes] += share[:, None] * moved[nearest]
+        return replace(trial, positions=positions)
 
     def allowed(self, linear: ActuatorLinearisation, trial: Deformation) -> float:
         """Share of a trial step before walls meet; half, where the rod or an element blocks it."""
@@ -244,3 +250,26 @@ class ActuatorProblem(Problem):
             and equations.solid.dilatation(end)[:, 0].min() > least_dilatation
         )
         return 1.0 if good else 0.5
+
+
+def _behind(
+    rest: Float[np.ndarray, "nodes 3"], cavity: Int[np.ndarray, " some"], inner_radius: float
+) -> tuple[Int[np.ndarray, " inner"], Int[np.ndarray, " inner"], Float[np.ndarray, " inner"]]:
+    """Nodes of the inner wall, which of the cavity's is in front of each, and its share of that one's motion.
+
+    The share is one at the cavity and none where chambers begin: a wall that is moved off the rod does not
+    crush the elements next to it.
+    """
+
+    def seen(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
+        # Sections are farther apart than any two places around the rod.
+        return np.column_stack([points[:, :2] / np.hypot(*points[:, :2].T)[:, None], 100.0 * points[:, 2]])
+
+    radius = np.hypot(*rest[:, :2].T)
+    highest = rest[cavity, 2].max(initial=-np.inf)
+    inner = np.flatnonzero((radius < inner_radius) & (rest[:, 2] <= highest))
+    if len(inner) == 0:
+        return inner, inner, np.zeros(0)
+    _, nearest = cKDTree(seen(rest[cavity])).query(seen(rest[inner]))
+    own = radius[cavity][nearest]
+    return inner, nearest, (inner_radius - radius[inner]) / (inner_radius - own)

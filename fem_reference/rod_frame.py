@@ -60,16 +60,15 @@ class RodFrame:
         positions: Float[np.ndarray, "points 3"],
         nodes: Int[np.ndarray, " some"],
         least: Float[np.ndarray, " some"],
-    ) -> Float[np.ndarray, "points 3"]:
-        """The positions, with nodes that are nearer to the rod's curve than ``least`` moved off it."""
+    ) -> Float[np.ndarray, "some 3"]:
+        """How far to move nodes that are nearer to the rod's curve than ``least`` to be as far from it."""
         centre, frames = self.frames(positions[len(self._level) :])
         level = self._level[nodes]
         across = np.einsum("nji,nj->ni", frames[level], positions[nodes] - centre[level])[:, :2]
         radius = np.linalg.norm(across, axis=1)
         outwards = np.maximum(least / radius - 1.0, 0.0)[:, None] * across
-        held = positions.copy()
-        held[nodes] += np.einsum("nij,nj->ni", frames[level][:, :, :2], outwards)
-        return held
+        moved: np.ndarray = np.einsum("nij,nj->ni", frames[level][:, :, :2], outwards)
+        return moved
 
     def distance(
         self, positions: Float[np.ndarray, "points 3"], nodes: Int[np.ndarray, " some"]

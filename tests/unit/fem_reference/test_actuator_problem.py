@@ -1,12 +1,15 @@
 """How far a step of the actuator may go before its walls meet."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fem_reference import ActuatorGeometry, DoubleHelix, Ogden, Thread
 from fem_reference.actuator_equations import ActuatorEquations
 from fem_reference.actuator_model import ActuatorModel, Deformation
-from fem_reference.actuator_problem import ActuatorProblem
+from fem_reference.actuator_problem import ActuatorProblem, _behind
+from fem_reference.interface import PRESSED
 from fem_reference.wall_contact import TIE_BREAK
 from tests.fem_fixtures import TINY
 
@@ -69,3 +72,57 @@ def test_walls_of_a_bent_body_meet_where_their_chords_do(problem):
     assert share / 0.6 == pytest.approx(meet, abs=3.0 * TIE_BREAK / (from_gap - to_gap))
     trial = start.positions + share * (end.positions - start.positions)
     assert not walls.intersects(trial[:nodes])
+
+
+def test_a_step_does_not_bring_the_cavitys_wall_into_the_rod(problem):
+    """Where it was free it is left pressed on the rod, and where it was deeper inside, as deep as it was.
+
+    Nothing moves from the chambers on.
+    """
+    rest, cavity = problem.equations.rest(), problem.equations.sliding
+    mesh = problem.equations.mesh.points
+
+    def inwards(by: np.ndarray) -> Deformation:
+        positions = rest.positions.copy()
+        positions[cavity, :2] *= (1.0 - by / np.hypot(*mesh[cavity, :2].T))[:, None]
+        return replace(rest, positions=positions)
+
+    rng = np.random.default_rng(0)
+    before, after = rng.uniform(0.0, 0.03, len(cavity)), rng.uniform(0.0, 0.3, len(cavity))
+    trial = inwards(after)
+    held = problem.held_off(inwards(before), trial).positions
+    radius = np.hypot(*mesh[cavity, :2].T)
+    expected = radius - np.minimum(after, np.maximum(before, PRESSED))
+    np.testing.assert_allclose(np.hypot(*held[cavity, :2].T), expected, atol=1e-12)
+    np.testing.assert_allclose(held[cavity, 2], mesh[cavity, 2], atol=1e-12)
+
+    moved = np.linalg.norm(held - trial.positions, axis=1)[: len(mesh)]
+    assert moved.max() == pytest.approx((after - np.maximum(before, PRESSED)).max(), abs=1e-12)
+    beyond = np.hypot(*mesh[:, :2].T) > INNER - 1e-6
+    # gmsh's arcs are accurate to 3e-8 mm.
+    np.testing.assert_allclose(moved[beyond], 0.0, atol=1e-8)
+    np.testing.assert_array_equal(held[len(mesh) :], rest.positions[len(mesh) :])
+
+
+def test_what_is_behind_the_cavitys_wall_moves_with_the_node_in_front_of_it_and_less():
+    """Three rings of eight nodes at each of three levels, the second a fifth of a radian off the others."""
+    azimuth, height = np.arange(8) * np.pi / 4.0, np.array([0.0, 0.3, 0.6])
+    rings = [
+        [radius * np.cos(phi + turn), radius * np.sin(phi + turn), z]
+        for radius, turn in ((1.0, 0.0), (1.6, 0.2), (INNER, 0.0))
+        for z in height
+        for phi in azimuth
+    ]
+    # Above the highest of those that slide nothing moves.
+    points = np.array([*rings, [1.6, 0.0, 0.9]])
+    nodes, nearest, share = _behind(points, np.arange(24), INNER - 1e-9)
+    np.testing.assert_array_equal(nodes, np.arange(48))
+    np.testing.assert_array_equal(nearest, np.tile(np.arange(24), 2))
+    np.testing.assert_allclose(share, np.repeat([1.0, (INNER - 1.6) / (INNER - 1.0)], 24), rtol=1e-8)
+
+
+def test_what_does_not_touch_the_rod_is_left_as_it_is(problem):
+    rest = problem.equations.rest()
+    wider = rest.positions * [1.01, 1.01, 1.0]
+    trial = replace(rest, positions=wider)
+    np.testing.assert_array_equal(problem.held_off(rest, trial).positions, wider)

@@ -300,10 +300,14 @@ class ActuatorEquations:
     ) -> Float[np.ndarray, "points 3"]:
         """Force of the clamp on every point [N]; zero where nothing is clamped."""
         load, *_ = self._load(linear.positions, target)
-        unbalanced = linear.force - load
-        if self._image is not None:
-            unbalanced = mirror.symmetrised(unbalanced, self._image)
-        return np.where(self.clamped, unbalanced, 0.0)
+        return np.where(self.clamped, self.symmetrised(linear.force - load), 0.0)
+
+    def symmetrised(self, vectors: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, "points 3"]:
+        """Vectors at points made their own mirror images where the plane is kept; else as they are.
+
+        Steps move a point and its image alike, so that what is not alike would stay so.
+        """
+        return vectors if self._image is None else mirror.symmetrised(vectors, self._image)
 
     def convex_walls(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
         """See `Problem.convex_walls`."""

@@ -172,7 +172,7 @@ class ActuatorProblem(Problem):
         nodes, nearest, share = self._behind
         positions = trial.positions.copy()
         positions[nodes] += share[:, None] * moved[nearest]
-        return replace(trial, positions=positions)
+        return replace(trial, positions=self.equations.symmetrised(positions))
 
     def allowed(self, linear: ActuatorLinearisation, trial: Deformation) -> float:
         """Share of a trial step before walls meet; half, where the rod or an element blocks it."""
@@ -191,7 +191,7 @@ class ActuatorProblem(Problem):
             return trial
         moved = end.copy()
         moved[nodes] += held
-        return replace(trial, positions=moved)
+        return replace(trial, positions=self.equations.symmetrised(moved))
 
     def mean(self, states: list[Deformation], weights: list[float]) -> Deformation:
         """Weighted mean, taken in the frame of the rod."""

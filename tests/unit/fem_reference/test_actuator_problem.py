@@ -10,6 +10,7 @@ from fem_reference.actuator_equations import ActuatorEquations
 from fem_reference.actuator_model import ActuatorModel, Deformation
 from fem_reference.actuator_problem import ActuatorProblem, _behind
 from fem_reference.interface import PRESSED
+from fem_reference.mirror import images
 from fem_reference.wall_contact import TIE_BREAK
 from tests.fem_fixtures import TINY
 
@@ -102,6 +103,25 @@ def test_a_step_does_not_bring_the_cavitys_wall_into_the_rod(problem):
     # gmsh's arcs are accurate to 3e-8 mm.
     np.testing.assert_allclose(moved[beyond], 0.0, atol=1e-8)
     np.testing.assert_array_equal(held[len(mesh) :], rest.positions[len(mesh) :])
+
+
+def test_walls_that_are_held_apart_or_off_the_rod_keep_the_plane():
+    """The pairs of walls that are in the way, and their tie-breaking offsets, have no mirror images."""
+    model = ActuatorModel(GEOMETRY, Ogden(), DoubleHelix(), Thread(), TINY, 1070.0, "cap", False, True)
+    problem = ActuatorProblem(ActuatorEquations(model))
+    image = images(problem.equations.rest_positions)
+    start, end = (nearly_closed(problem, gap) for gap in (0.03, -0.005))
+    for at in (start, end):
+        # Where the walls cross the plane they are the mirror images of themselves.
+        at.positions[:] = problem.equations.symmetrised(at.positions)
+    held = problem.held_apart(start, end)
+    assert held is not end
+    np.testing.assert_array_equal(held.positions[image], held.positions * [1.0, -1.0, 1.0])
+    pressed = replace(start, positions=start.positions.copy())
+    pressed.positions[problem.equations.sliding, :2] *= 0.95
+    off = problem.held_off(start, pressed)
+    assert np.abs(off.positions - pressed.positions).max() > 0.01
+    np.testing.assert_array_equal(off.positions[image], off.positions * [1.0, -1.0, 1.0])
 
 
 def test_what_is_behind_the_cavitys_wall_moves_with_the_node_in_front_of_it_and_less():

@@ -62,23 +62,28 @@ class RodFrame:
         least: Float[np.ndarray, " some"],
     ) -> Float[np.ndarray, "some 3"]:
         """How far to move nodes that are nearer to the rod's curve than ``least`` to be as far from it."""
-        centre, frames = self.frames(positions[len(self._level) :])
-        level = self._level[nodes]
-        across = np.einsum("nji,nj->ni", frames[level], positions[nodes] - centre[level])[:, :2]
+        across, frames = self._across(positions, nodes)
         radius = np.linalg.norm(across, axis=1)
         outwards = np.maximum(least / radius - 1.0, 0.0)[:, None] * across
-        moved: np.ndarray = np.einsum("nij,nj->ni", frames[level][:, :, :2], outwards)
+        moved: np.ndarray = np.einsum("nij,nj->ni", frames[:, :, :2], outwards)
         return moved
 
     def distance(
         self, positions: Float[np.ndarray, "points 3"], nodes: Int[np.ndarray, " some"]
     ) -> Float[np.ndarray, " some"]:
         """Of some nodes from where the rod's curve crosses their section [mm]."""
+        across, _ = self._across(positions, nodes)
+        distance: np.ndarray = np.linalg.norm(across, axis=1)
+        return distance
+
+    def _across(
+        self, positions: Float[np.ndarray, "points 3"], nodes: Int[np.ndarray, " some"]
+    ) -> tuple[Float[np.ndarray, "some 2"], Float[np.ndarray, "some 3 3"]]:
+        """Coordinates of some nodes across the rod in their sections' frames, and these."""
         centre, frames = self.frames(positions[len(self._level) :])
         level = self._level[nodes]
         local = np.einsum("nji,nj->ni", frames[level], positions[nodes] - centre[level])
-        distance: np.ndarray = np.linalg.norm(local[:, :2], axis=1)
-        return distance
+        return local[:, :2], frames[level]
 
     def mean(
         self, positions: list[Float[np.ndarray, "points 3"]], weights: list[float]

@@ -12,7 +12,7 @@ from fem_reference import (
     DoubleHelix,
     Ring,
     SixHelix,
-    actuator_equations,
+    actuator_parts,
 )
 from fem_reference.actuator_equations import ActuatorEquations
 from fem_reference.actuator_model import Deformation
@@ -30,7 +30,7 @@ class Both:
     def __init__(self, level) -> None:
         self.half = ActuatorEquations(model(level=level, symmetric=True))
         # On the same mesh: that of the half is its own image to round-off, the other one to 3e-8 mm.
-        with mock.patch.object(actuator_equations, "actuator_mesh", return_value=self.half.mesh):
+        with mock.patch.object(actuator_parts, "actuator_mesh", return_value=self.half.mesh):
             self.whole = ActuatorEquations(model(level=level))
         rest = self.whole.rest_positions
         image = images(rest)

@@ -82,7 +82,9 @@ class Settled:
     residual : largest nodal force left [N].
     stable : whether it is a minimum of its energy: no negative pivot in the stiffness, in which contact of
         walls is taken as convex and that with the rod as it is. None where the linear solver does not tell.
-    jumped : whether walls lost their balance since the state before, so that this one is on another branch.
+    jumped : whether loads that rise from the state before take the body here by a jump: walls lost their
+        balance, or the pressures fell on the way and rose again.
+    limit_pressure : the last ones before that jump [Pa]; None without one.
     memory : of the path that led here.
     """
 
@@ -92,6 +94,7 @@ class Settled:
     residual: float
     stable: bool | None
     jumped: bool
+    limit_pressure: Float[np.ndarray, "3"] | None
     memory: PathMemory = field(repr=False)
 
 
@@ -254,6 +257,7 @@ class Actuator:
             residual=found.residual,
             stable=None if excess is None else excess == 0,
             jumped=follower.jumped,
+            limit_pressure=None if follower.limit is None else follower.limit.pressure * _MPA,
             memory=follower.memory,
         )
 

@@ -16,6 +16,7 @@ _MM, _KPA = 1e3, 1e-3
 def state_record(state: ActuatorState) -> dict[str, Any]:
     """One JSON object: angles in degrees, lengths in mm, pressures in kPa, forces in N, moments in N mm."""
     shape = state.shape
+    limit = state.settled.limit_pressure
     distance = state.wall_distance
     return {
         **load_record(state.load),
@@ -41,6 +42,7 @@ def state_record(state: ActuatorState) -> dict[str, Any]:
         "residual_n": state.settled.residual,
         "stable": state.settled.stable,
         "jumped": state.settled.jumped,
+        "limit_pressure_kpa": None if limit is None else (_KPA * limit).tolist(),
         "converged": True,
     }
 

@@ -99,8 +99,8 @@ class PathFollower:
         self.equilibrium = equilibrium
         self.target = target
         self.iterations = 0
-        #: Whether the body has crept over an instability on the way to the last goal.
-        self.jumped = False
+        #: The last loads on the way to the last goal before the body jumps, if it does.
+        self.limit: Any = None
         if not isinstance(memory, PathMemory):
             memory = PathMemory(memory, [], np.zeros(0))
         self.step, self._earlier, self._heading = memory.step, memory.earlier, memory.heading
@@ -109,6 +109,11 @@ class PathFollower:
         # The solver's factors of the equilibrium at hand, and whether the last step failed for a loss of
         # balance.
         self._factors, self._unstable = solver.factors, False
+
+    @property
+    def jumped(self) -> bool:
+        """Whether a load that rises to the last goal takes the body there by a jump."""
+        return self.limit is not None
 
     @property
     def memory(self) -> PathMemory:
@@ -125,7 +130,7 @@ class PathFollower:
         PathError
             When the goal is not reached; it carries the last equilibrium.
         """
-        self.jumped = False
+        self.limit = None
         origin, change = self.target, self.target.to(goal)
         length = float(np.linalg.norm(change))
         self._turn(change / max(length, np.finfo(float).tiny))
@@ -190,11 +195,16 @@ class PathFollower:
             _LOG.debug("creeping over a step of %.3g failed: %s", step, error)
             return False
         # What lies behind a jump says nothing of the way ahead.
-        self._factors, self._earlier, self.jumped = self.solver.factors, [], True
+        self._factors, self._earlier = self.solver.factors, []
         self._longest = math.inf
+        self._jump()
         self.equilibrium, self.target, self.step = found, target, 2.0 * step
         self.iterations += found.iterations
         return True
+
+    def _jump(self) -> None:
+        """Keep the loads at hand as those where the body jumps, if they are the first."""
+        self.limit = self.target if self.limit is None else self.limit
 
     def _advance(self, target: Any, step: float, on_the_way: bool = False) -> bool:
         """Solve for ``target``, a step away; tell whether it converged."""

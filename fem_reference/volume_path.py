@@ -3,7 +3,8 @@
 Steps are taken in volume (`VolumeLed`), the pressure that goes with it comes out, and where the states behind
 say that the goal's lies within the next step, the path arrives there. A path whose pressure falls for a
 while, past a limit point, is followed like any other, so that the goal is reached where the pressure first
-does. Other loads, and the jumps of walls that lose their balance under any volume, are `PathFollower`'s.
+does; as pressures rise the body would jump there, and the follower says so. Other loads, and the jumps of
+walls that lose their balance under any volume, are `PathFollower`'s.
 """
 
 import logging
@@ -24,6 +25,8 @@ _LOG = logging.getLogger(__name__)
 
 # A goal within a step this much longer than the next is arrived at by it.
 _REACH = 1.15
+# Fall of the pressure that is not the roughness of states on the way [MPa].
+_FALL = 1e-5
 # Share of a step over which the slope of the pressure is taken.
 _SLOPE = 1e-3
 
@@ -39,7 +42,7 @@ class VolumePathFollower(PathFollower):
         length = float(np.linalg.norm(change))
         if length == 0.0 or not self.target.differs_by_pressure(goal):
             return super().follow(goal)
-        self.jumped = False
+        self.limit = None
         self._turn(change / length)
         leg = VolumeLed(self.problem, self.target, goal)
         here = Filled(self.equilibrium.configuration, leg.start)
@@ -53,6 +56,8 @@ class VolumePathFollower(PathFollower):
                     "a step of %.3g: %d iterations, the longest of %.2e mm, to %.4g kPa",
                     *(gone, found.iterations, found.longest, found.configuration.pressure * 1e3),
                 )
+                if found.configuration.pressure < here.pressure - _FALL:
+                    self._jump()
                 plain = replace(
                     found,
                     configuration=found.configuration.deformation,

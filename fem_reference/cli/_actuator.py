@@ -172,7 +172,7 @@ def _text(record: dict[str, Any]) -> str:
 
     stable = {True: "stable", False: "unstable", None: "stability not known"}[record["stable"]]
     if record["jumped"]:
-        stable += ", after walls have snapped"
+        stable += f", after a jump at {row(record['limit_pressure_kpa'])} kPa"
     return "\n".join(
         [
             f"pressures          {row(record['pressure_kpa'])} kPa ({stable})",

@@ -197,14 +197,14 @@ class PathFollower:
         # What lies behind a jump says nothing of the way ahead.
         self._factors, self._earlier = self.solver.factors, []
         self._longest = math.inf
-        self._jump()
+        self._jump(self.target)
         self.equilibrium, self.target, self.step = found, target, 2.0 * step
         self.iterations += found.iterations
         return True
 
-    def _jump(self) -> None:
-        """Keep the loads at hand as those where the body jumps, if they are the first."""
-        self.limit = self.target if self.limit is None else self.limit
+    def _jump(self, target: Any) -> None:
+        """Keep loads as those where the body jumps, if they are the first."""
+        self.limit = target if self.limit is None else self.limit
 
     def _advance(self, target: Any, step: float, on_the_way: bool = False) -> bool:
         """Solve for ``target``, a step away; tell whether it converged."""

@@ -26,9 +26,10 @@ def short() -> Actuator:
     [
         ((1.0, 2.0, 3.0), None),
         ((1.0, 2.0, 1.2, 1.7, 3.0), 2.0),
-        # The first of two; and what rough states may leave is none.
+        # The first of two; by and by; and what rough states may leave is none.
         ((2.0, 1.2, 2.5, 2.2, 3.0), 2.0),
-        ((1.0, 2.0, 1.995, 3.0), None),
+        ((1.0, 2.0, 1.85, 1.7, 3.0), 2.0),
+        ((1.0, 2.0, 1.85, 1.95, 3.0), None),
     ],
 )
 def test_the_limit_is_where_pressures_first_fall(short, monkeypatch, way, limit):

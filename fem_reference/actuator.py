@@ -82,9 +82,8 @@ class Settled:
     residual : largest nodal force left [N].
     stable : whether it is a minimum of its energy: no negative pivot in the stiffness, in which contact of
         walls is taken as convex and that with the rod as it is. None where the linear solver does not tell.
-    jumped : whether loads that rise from the state before take the body here by a jump: walls lost their
-        balance, or the pressures fell on the way and rose again.
-    limit_pressure : the last ones before that jump [Pa]; None without one.
+    limit_pressure : the last ones before the body jumps on the way from the state before [Pa]; None where it
+        does not.
     memory : of the path that led here.
     """
 
@@ -93,9 +92,16 @@ class Settled:
     iterations: int
     residual: float
     stable: bool | None
-    jumped: bool
     limit_pressure: Float[np.ndarray, "3"] | None
     memory: PathMemory = field(repr=False)
+
+    @property
+    def jumped(self) -> bool:
+        """Whether loads that rise from the state before take the body here by a jump.
+
+        Walls lost their balance, or the pressures fell on the way and rose again.
+        """
+        return self.limit_pressure is not None
 
 
 class ActuatorError(ArithmeticError):
@@ -256,7 +262,6 @@ class Actuator:
             iterations=iterations,
             residual=found.residual,
             stable=None if excess is None else excess == 0,
-            jumped=follower.jumped,
             limit_pressure=None if follower.limit is None else follower.limit.pressure * _MPA,
             memory=follower.memory,
         )

@@ -97,7 +97,6 @@ class ActuatorRun:
             "iterations": settled.iterations,
             "residual": settled.residual,
             "stable": -1 if settled.stable is None else int(settled.stable),
-            "jumped": settled.jumped,
             "limit": np.full(3, np.nan) if settled.limit_pressure is None else settled.limit_pressure,
             "path_step": memory.step,
             "heading": memory.heading,
@@ -140,7 +139,6 @@ class ActuatorRun:
                 iterations=int(held["iterations"]),
                 residual=float(held["residual"]),
                 stable=None if int(held["stable"]) < 0 else bool(held["stable"]),
-                jumped=bool(held["jumped"]),
                 limit_pressure=None if np.isnan(held["limit"]).any() else held["limit"],
                 memory=PathMemory(
                     float(held["path_step"]), earlier, held["heading"], float(held["longest_step"])

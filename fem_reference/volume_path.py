@@ -47,7 +47,7 @@ class VolumePathFollower(PathFollower):
         self._turn(change / length)
         leg = VolumeLed(self.problem, self.target, goal)
         here = Filled(self.equilibrium.configuration, leg.start)
-        highest, limit = leg.start, self.target
+        highest = self.target
         # Of the steps tried from the present equilibrium: the target and length of each.
         failed: list[tuple[Any, float]] = []
         while True:
@@ -58,10 +58,11 @@ class VolumePathFollower(PathFollower):
                     "a step of %.3g: %d iterations, the longest of %.2e mm, to %.4g kPa",
                     *(gone, found.iterations, found.longest, found.configuration.pressure * 1e3),
                 )
-                if found.configuration.pressure >= highest:
-                    highest, limit = found.configuration.pressure, target
-                elif found.configuration.pressure < highest - _FALL:
-                    self._jump(limit)
+                rise = found.configuration.pressure - leg.along_heading(highest)
+                if rise >= 0.0:
+                    highest = target
+                elif rise < -_FALL:
+                    self._jump(highest)
                 plain = replace(
                     found,
                     configuration=found.configuration.deformation,

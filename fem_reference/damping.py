@@ -31,7 +31,8 @@ _VISCOUS_ITERATIONS = 6
 _RATES = (0.2, 0.8, 3.2, 12.8)
 _RATES_BY_EXCESS = _RATES, (0.2, 3.2, 12.8), (0.2, 12.8)
 # Steps alike: cosine of the angle between two of them, their ratio's bounds, and how many in a row; by how
-# much the last is then lengthened at most, and to what displacement [mm].
+# much the last is then lengthened at most, twice as much each time that the next is alike again, and to what
+# displacement [mm].
 _ALIKE, _SLOWEST, _FASTEST, _ROW = 0.95, 0.7, 1.6, 2
 _FARTHEST, _LONGEST = 8.0, 1.0
 # Shares of the rod's roundness that are left out, tried in turn: it is tens of times the stiffness of what
@@ -135,14 +136,19 @@ class Damping:
 
 
 class Stretch:
-    """How much farther to go than a step with another matrix says: 1/(1 − q), with those that would follow.
+    """How much farther to go than a step with another matrix says.
 
-    Away from a saddle, q > 1, as much farther as towards a minimum.
+    A step whose next is shorter by a share λ of it is the first of a sum of 1/λ such steps. Away from a
+    saddle, where λ < 0, as much farther as towards a minimum.
     """
 
     def __init__(self) -> None:
         self._last: np.ndarray | None = None
-        self._row = 0
+        self._begin_row()
+
+    def _begin_row(self) -> None:
+        """The last step is the first of its kind, was not lengthened, and one may be so by little."""
+        self._row, self._factor, self._most = 0, 1.0, _FARTHEST
 
     def factor(self, step: Float[np.ndarray, "..."]) -> float:
         """Of this step, the next after the one that was asked about last; 1 where they are not alike."""
@@ -152,16 +158,22 @@ class Stretch:
         square, before = float(np.vdot(step, step)), float(np.vdot(last, last))
         ratio = np.sqrt(square / before)
         alike = float(np.vdot(step, last)) > _ALIKE * np.sqrt(square * before)
-        self._row = self._row + 1 if alike and _SLOWEST < ratio < _FASTEST else 0
+        # After one that was lengthened, the next may well be much shorter.
+        if not alike or (self._factor == 1.0 and not _SLOWEST < ratio < _FASTEST):
+            self._begin_row()
+            return 1.0
+        self._row += 1
+        share, self._factor = (1.0 - ratio) / self._factor, 1.0
         if self._row < _ROW:
             return 1.0
-        farther = min(1.0 / max(abs(1.0 - ratio), 1.0 / _FARTHEST), _LONGEST / float(np.abs(step).max()))
+        farther = min(1.0 / max(abs(share), 1.0 / self._most), _LONGEST / float(np.abs(step).max()))
         if farther <= 1.0:
             return 1.0
-        _LOG.debug("steps shrink or grow by %.3f each: %.3g of them at once", ratio, farther)
-        self.forget()
+        _LOG.debug("a step makes the next shorter by %.3f of it: %.3g of them at once", share, farther)
+        self._factor, self._most = farther, 2.0 * self._most
         return farther
 
     def forget(self) -> None:
         """The next step does not follow from the last."""
-        self._last, self._row = None, 0
+        self._last = None
+        self._begin_row()

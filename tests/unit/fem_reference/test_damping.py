@@ -17,18 +17,44 @@ def factors(ratio: float, count: int, scale: float = 1.0) -> list[float]:
 
 
 @pytest.mark.parametrize(("ratio", "expected"), [(0.75, 4.0), (0.97, 8.0), (1.03, 8.0), (1.25, 4.0)])
-def test_the_sum_of_what_follows_is_taken_at_once_and_then_three_steps_are_seen_anew(ratio, expected):
-    np.testing.assert_allclose(factors(ratio, 6), [1.0, 1.0, expected, 1.0, 1.0, expected], rtol=1e-12)
+def test_the_sum_of_what_follows_is_taken_at_once_after_three_steps(ratio: float, expected: float) -> None:
+    np.testing.assert_allclose(factors(ratio, 3), [1.0, 1.0, expected], rtol=1e-12)
 
 
-def test_a_minimum_of_a_parabola_is_met():
-    """With four times its stiffness a step goes a quarter of the way, and the next is 0.75 of it."""
-    stiffness, wrong = 1.0, 4.0
-    x, stretch = DIRECTION.copy(), Stretch()
-    for _ in range(3):
+def led(stiffness: float, wrong: float, count: int) -> tuple[np.ndarray, list[float]]:
+    """Where a parabola's steps with a wrong stiffness lead from `DIRECTION`, and their factors."""
+    x, stretch, taken = DIRECTION.copy(), Stretch(), []
+    for _ in range(count):
         step = -stiffness / wrong * x
-        x = x + stretch.factor(step) * step
+        taken.append(stretch.factor(step))
+        x = x + taken[-1] * step
+    return x, taken
+
+
+def test_a_minimum_of_a_parabola_is_met() -> None:
+    """With four times its stiffness a step goes a quarter of the way, and the next is 0.75 of it."""
+    x, _ = led(1.0, 4.0, 3)
     assert np.abs(x).max() <= 1e-12 * np.abs(DIRECTION).max()
+
+
+def test_after_one_that_was_lengthened_the_next_is_so_at_once_and_farther() -> None:
+    """A hundred times as stiff, of which each that is lengthened tells as much as the first three."""
+    x, taken = led(1.0, 100.0, 7)
+    np.testing.assert_allclose(taken, [1.0, 1.0, 8.0, 16.0, 32.0, 64.0, 100.0], rtol=1e-9)
+    assert np.abs(x).max() <= 1e-9 * np.abs(DIRECTION).max()
+
+
+def test_one_much_shorter_after_one_that_was_lengthened_still_follows_from_it() -> None:
+    """0.88 of the way are gone by the eight; 0.12 is left, in steps of a ninth."""
+    x, taken = led(1.0, 9.0, 4)
+    np.testing.assert_allclose(taken, [1.0, 1.0, 8.0, 9.0], rtol=1e-9)
+    assert np.abs(x).max() <= 1e-12 * np.abs(DIRECTION).max()
+
+
+def test_steps_away_from_a_saddle_go_on_away_from_it() -> None:
+    x, taken = led(-1.0, 20.0, 5)
+    np.testing.assert_allclose(taken, [1.0, 1.0, 8.0, 16.0, 20.0], rtol=1e-9)
+    assert np.vdot(x, DIRECTION) > 1.4 * np.vdot(DIRECTION, DIRECTION)
 
 
 def test_steps_that_shrink_fast_or_turn_are_left_alone():

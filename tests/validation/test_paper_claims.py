@@ -91,12 +91,13 @@ def test_two_chambers_bend_in_the_plane_between_them(points):
 def test_chambers_2_and_3_are_alike_on_the_full_actuator_too():
     """Its mesh is symmetric but for the cap; where walls touch, nodes are found to 5e-3 mm.
 
-    Over the cap's radius of 6 mm that is a turn of 0.05°.
+    Over the cap's radius of 6 mm that is a turn of 0.05°. Beyond 60 kPa there are several stable states.
     """
     file = Path(__file__).parents[1] / "ground_truth" / "full_actuator.nc"
     truth = xr.load_dataset(file, engine="h5netcdf")
+    truth = truth.isel(state=truth["pressure"].values.max(axis=1) <= 60e3)
     second, third = (truth.isel(state=truth["case"].values == name) for name in ("chamber2", "chamber3"))
-    assert second.sizes["state"] == third.sizes["state"] >= 6
+    assert second.sizes["state"] == third.sizes["state"] == 7
     angles = np.rad2deg([second["bending_angle"].values, third["bending_angle"].values])
     planes = np.rad2deg([second["bending_plane"].values, third["bending_plane"].values])
     np.testing.assert_allclose(angles[0], angles[1], rtol=0, atol=0.05)

@@ -65,13 +65,14 @@ def test_chambers_bend_to_their_own_side(truth: xr.Dataset) -> None:
     """γ of single chambers is 0, 120, 240° and of pairs 60, 180, 300°, within 3°.
 
     At a pitch of 6 mm the pair 1+2 leans to chamber 2 by 6° at 10 kPa, in the cell (its law says 4°) as here.
-    Chamber 1 at ψ = 45° sways out of its plane above 50 kPa, and chamber 2 at ψ = 0 as it jumps above 64.
+    Chamber 1 at ψ = 45° sways out of its plane above 50 kPa, and chambers 2 and 3 at ψ = 0 above 60.
     """
     wide = np.char.startswith(truth["case"].values.astype(str), "pitch6")
     swayed = np.zeros(truth.sizes["state"], dtype=bool)
     for case, chamber, above, planes in (
         ("psi45-chamber1", 0, 50e3, [4.4, 20.5]),
-        ("chamber2", 1, 64e3, [132.8, 198.5]),
+        ("chamber2", 1, 60e3, [132.8, 198.5]),
+        ("chamber3", 2, 60e3, [243.1]),
     ):
         own = (truth["case"].values == case) & (truth["pressure"].values[:, chamber] > above)
         np.testing.assert_allclose(np.rad2deg(truth["bending_plane"].values[own]), planes, atol=0.1)

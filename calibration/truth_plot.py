@@ -35,8 +35,10 @@ def write_truth_figure(verdict: Verdict, file: Path) -> None:
     angles.plot(angle[rows], np.rad2deg(verdict.stated[rows]), "k_", ms=7, label="stated 90 % bound")
     tips.set(xlabel="bending angle of the full actuator [deg]", ylabel="tip, off by [% of length]")
     angles.set(xlabel="bending angle of the full actuator [deg]", ylabel="bending angle, off by [deg]")
+    # Room for the legend, which otherwise covers states.
+    angles.margins(y=0.12)
     tips.legend()
-    angles.legend()
+    angles.legend(loc="upper right")
     file.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(file, dpi=DOTS_PER_INCH)
     plt.close(figure)

@@ -200,6 +200,9 @@ def _iterate(
         else:
             stretch.forget()
         (at, whole), before = admissible_part(problem, at, step, linear, fraction), linear
+        if not whole:
+            # The next step does not tell what this one would have done.
+            stretch.forget()
         if viscous is not None and whole:
             remaining, _ = imbalance(problem, problem.renewed(linear, at, target, viscous), target, iteration)
             if remaining <= ROUGH_FORCE:

@@ -19,8 +19,9 @@ from fem_reference.problem import Problem, UnstableError
 _LOG = logging.getLogger(__name__)
 
 # Damped steps with which Newton's method gives up, the first where it must end with the stiffness itself: so
-# long a way may well end on another branch.
-_MOST_EXACT, _MOST = 8, 20
+# long a way may well end on another branch. Elsewhere steps grow away from a saddle and shrink again over 20
+# of them and more.
+_MOST_EXACT, _MOST = 8, 40
 # Negative pivots that the first matrix may have.
 _MOST_FIRST = 20
 # Iterations in which viscosity may be added, and its rates, as shares of the silicone's stiffness at rest,

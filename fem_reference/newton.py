@@ -52,7 +52,7 @@ _LOG = logging.getLogger(__name__)
 
 # A step of this size [mm] under forces below that [N] is round-off of a large mesh.
 _ROUND_OFF_STEP, _ROUND_OFF_FORCE = 1e-12, 1e-7
-MAX_ITERATIONS = 30
+MAX_ITERATIONS = 50
 # Of a step in time: one that needs more iterations is too long. Only the way's end counts, so that it ends as
 # soon as it leaves little force; what leaves much leads to where single elements are crushed, and no next
 # step is found.

@@ -30,9 +30,10 @@ _LOG = logging.getLogger(__name__)
 _KEPT_END = 1e-6, 1e-5, MOMENT_TOLERANCE
 _EXACT_END = 1e-8, 1e-6, MOMENT_TOLERANCE
 _MIXED_END = 1e-5, 1e-4, 1e-5
-# Steps with a stiffness that is kept: how many, and how fast they must shrink.
+# Steps with a stiffness that is kept: how many, how fast every other must shrink, and how far one may be from
+# shorter than the last: the first is often as long as the step before it.
 _KEPT_ITERATIONS = 8
-_KEPT_CONTRACTION = 0.2
+_KEPT_CONTRACTION, _KEPT_GROWTH = 0.2, 1.5
 # Mixed steps: how many, and after how many that do not shrink to this share of the best they end, for
 # good or where contact's noise is all that is left.
 _MIXED_ITERATIONS, _LED_ASTRAY, _LED_NOWHERE, _LED_ON = 40, 6, 2, 0.9
@@ -60,7 +61,7 @@ def keep_stiffness(
         if size <= last_step and force <= last_force and moment <= last_moment:
             return at, linear, force, True
         # Steps shrink in pairs: one for the stiff parts' forces, one for what they do.
-        if size > sizes[-1] or (len(sizes) > 1 and size > _KEPT_CONTRACTION * sizes[-2]):
+        if size > _KEPT_GROWTH * sizes[-1] or (len(sizes) > 1 and size > _KEPT_CONTRACTION * sizes[-2]):
             break
         sizes.append(size)
         at, _ = admissible_part(problem, at, step, linear, 1.0)

@@ -181,7 +181,7 @@ def _deformation_gradient(chunk: ElementChunk, local: Array) -> Float[Array, "3 
 
 def _growth(F: Float[Array, "3 3 points elements"]) -> Float[Array, "points elements"]:
     """Growth det F − 1 of the volume."""
-    return (F[0] * jnp.cross(F[1], F[2], axis=0)).sum(axis=0) - 1.0
+    return dot(F[0], jnp.cross(F[1], F[2], axis=0)) - 1.0
 
 
 def _mean(chunk: ElementChunk, growth: Float[Array, "points elements"]) -> Float[Array, "modes elements"]:

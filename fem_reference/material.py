@@ -94,7 +94,7 @@ def principal(F: Float[Array, "3 3 *points"]) -> Principal:
     squared, N = symmetric_eigen(square)
     stretch, strain = jnp.sqrt(squared), 0.5 * jnp.log(squared)
     n = jnp.stack([jnp.stack([dot(F[i], N[:, j]) / stretch[j] for j in range(3)]) for i in range(3)])
-    return Principal(stretch, strain, strain - strain.mean(axis=0), n, N)
+    return Principal(stretch, strain, strain - total(strain) / 3.0, n, N)
 
 
 def isochoric_energy(moduli: Moduli, at: Principal) -> Float[Array, "*points"]:
@@ -111,7 +111,7 @@ def isochoric_stress(moduli: Moduli, at: Principal) -> Float[Array, "3 *points"]
     kirchhoff = jnp.zeros_like(at.strain)
     for mu, alpha in zip(*moduli, strict=True):
         power = jnp.exp(alpha * at.deviatoric)
-        kirchhoff += 2.0 * mu / alpha * (power - power.mean(axis=0))
+        kirchhoff += 2.0 * mu / alpha * (power - total(power) / 3.0)
     return kirchhoff / at.stretch
 
 
@@ -138,9 +138,9 @@ def isochoric_response(moduli: Moduli, at: Principal) -> tuple[Float[Array, "3 *
     kirchhoff, own = jnp.zeros_like(lam), jnp.zeros_like(lam)
     mutual, ratio = ([jnp.zeros_like(lam[0])] * 3 for _ in range(2))
     for mu, alpha in zip(*moduli, strict=True):
-        half = jnp.exp(0.5 * alpha * deviatoric)
+        half = stored(jnp.exp(0.5 * alpha * deviatoric))
         power = half * half
-        mean = power.mean(axis=0)
+        mean = total(power) / 3.0
         kirchhoff += 2.0 * mu / alpha * (power - mean)
         # ∂τ_i/∂(ln λ_i), and ∂τ_i/∂(ln λ_j) of each pair.
         own += 2.0 / 3.0 * mu * (power + mean)
@@ -199,6 +199,11 @@ def _sinhc(x: Array, up: Array, down: Array) -> Array:
     series = 1.0 + square / 6.0 * (1.0 + square / 20.0 * (1.0 + square / 42.0 * (1.0 + square / 72.0)))
     closed = 0.5 * (up * up - down * down) / jnp.where(small, 1.0, x)
     return jnp.where(small, up * down * series, closed)
+
+
+def total(a: Array) -> Array:
+    """Sum over the first axis, of three."""
+    return a[0] + a[1] + a[2]
 
 
 def dot(a: Array, b: Array) -> Array:

@@ -155,3 +155,17 @@ def test_what_no_share_changes_leaves_the_roundness_as_it_is():
     assert [damping.share, damping.next_share] == [0.0, 0.0]
     with pytest.raises(UnstableError, match="1 negative eigenvalues more than the branch"):
         damping.factorise(at, problem.linearise(at, Push(at)), first=False)
+
+
+@pytest.mark.parametrize(("exact", "most"), [(True, 8), (False, 40)])
+def test_it_is_given_up_after_many_steps(exact, most):
+    """On the way to another equilibrium they grow away from a saddle and shrink again, over 20 and more."""
+    problem = Rounded(lambda x: -0.9 * x, lambda x: np.full_like(x, -0.9), 1, reach=1.0)
+    problem.exact = exact
+    damping = Damping(problem, PardisoSolver(), 0, viscous=False)
+    at = np.zeros(1)
+    linear = problem.linearise(at, Push(at))
+    for _ in range(most):
+        damping.factorise(at, linear, first=False)
+    with pytest.raises(UnstableError, match=f"no equilibrium after {most} steps"):
+        damping.factorise(at, linear, first=False)

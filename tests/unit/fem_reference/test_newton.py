@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fem_reference import newton
+from fem_reference.kept import keep_stiffness
 from fem_reference.linear_solver import PardisoSolver
 from fem_reference.newton import solve_equilibrium
 from fem_reference.problem import Equilibrium, NewtonError, UnstableError
@@ -249,6 +250,20 @@ def test_near_the_equilibrium_the_stiffness_is_kept(exact):
     else:
         # That of the place before the kept steps, 0.3 mm away; it changes by sinh x, 2.8 N/mm² at most.
         assert 0.0 < np.abs(answers[1].linear.data - own).max() <= 2.8 * 0.3
+
+
+@pytest.mark.parametrize(("second", "enough"), [(1.2, True), (1.6, False)])
+def test_the_first_step_with_a_kept_stiffness_may_be_as_long_as_the_one_before(second, enough):
+    """A step of 1 mm led here, this spring takes another of ``second``, and one of 0.05 mm to balance."""
+    places = 1.0 + np.array([0.0, second, second + 0.05, second + 1.0])
+    forces = np.array([-second, -0.05, 0.0, 0.95])
+    spring = Diagonal(lambda x: np.interp(x, places, forces), np.ones_like, 1, reach=9.0)
+    solver, target, at = PardisoSolver(), Push(np.zeros(1)), np.ones(1)
+    linear = spring.linearise(at, target)
+    solver.factorise(spring.pattern.matrix(linear.data), spring.pattern.revision)
+    found, _, _, balanced = keep_stiffness(spring, solver, target, at, linear, size=1.0)
+    assert balanced == enough
+    np.testing.assert_allclose(found, places[2] if enough else at, atol=1e-12)
 
 
 def test_a_saddle_comes_with_its_own_stiffness_though_others_may_keep_theirs():

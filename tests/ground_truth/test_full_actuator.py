@@ -49,15 +49,18 @@ def test_forces_balance_and_states_are_stable(truth: xr.Dataset) -> None:
     """To the solver's tolerance: 1e-5 N with a kept stiffness, more where walls touch."""
     assert float(truth["residual"].max()) < 1e-3
     beyond = truth.isel(state=~on_loading_branch(truth, truth["case"].values))
-    # The two paths that go on past where the body jumps, and have come to rest.
+    # The paths that go on past where the body jumps, and have come to rest.
     assert [
         (str(case), *p) for case, p in zip(beyond["case"].values, beyond["pressure"].values, strict=True)
     ] == [
         ("chamber2", 0.0, 65e3, 0.0),
         ("chamber2", 0.0, 70e3, 0.0),
+        ("chamber3", 0.0, 0.0, 70e3),
+        ("psi30-chamber1", 70e3, 0.0, 0.0),
         ("psi45-chamber1", 70e3, 0.0, 0.0),
+        ("psi45-chamber3", 0.0, 0.0, 70e3),
     ]
-    np.testing.assert_array_equal(beyond["jumped"], [1, 0, 1])
+    np.testing.assert_array_equal(beyond["jumped"], [1, 0, 1, 1, 1, 1])
     assert (beyond["stable"].values == 1).all()
 
 
@@ -65,14 +68,16 @@ def test_chambers_bend_to_their_own_side(truth: xr.Dataset) -> None:
     """γ of single chambers is 0, 120, 240° and of pairs 60, 180, 300°, within 3°.
 
     At a pitch of 6 mm the pair 1+2 leans to chamber 2 by 6° at 10 kPa, in the cell (its law says 4°) as here.
-    Chamber 1 at ψ = 45° sways out of its plane above 50 kPa, and chambers 2 and 3 at ψ = 0 above 60.
+    Chamber 1 at ψ = 45° sways out of its plane above 50 kPa; others leave theirs by jumps above 60.
     """
     wide = np.char.startswith(truth["case"].values.astype(str), "pitch6")
     swayed = np.zeros(truth.sizes["state"], dtype=bool)
     for case, chamber, above, planes in (
         ("psi45-chamber1", 0, 50e3, [4.4, 20.5]),
         ("chamber2", 1, 60e3, [132.8, 198.5]),
-        ("chamber3", 2, 60e3, [243.1]),
+        ("chamber3", 2, 60e3, [243.1, 253.3]),
+        ("psi30-chamber1", 0, 60e3, [21.3]),
+        ("psi45-chamber3", 2, 60e3, [253.9]),
     ):
         own = (truth["case"].values == case) & (truth["pressure"].values[:, chamber] > above)
         np.testing.assert_allclose(np.rad2deg(truth["bending_plane"].values[own]), planes, atol=0.1)
@@ -104,10 +109,20 @@ def test_windings_rank_as_the_paper_says(truth: xr.Dataset) -> None:
 
 def test_windings_that_are_mirror_images_bend_alike(truth: xr.Dataset) -> None:
     """At ψ = 90° chamber 1 lies to the threads as chamber 2 does at 30°, and chamber 2 as chamber 1."""
-    for one, other in (("psi90-chamber1", "psi30-chamber2"), ("psi90-chamber2", "psi30-chamber1")):
-        first, second = (truth["bending_angle"].values[truth["case"].values == name] for name in (one, other))
-        # The cap's mesh is not quite symmetric: chambers 2 and 3 of ψ = 0 differ by 9e-4°.
-        np.testing.assert_allclose(first, second, rtol=0, atol=np.deg2rad(1e-3))
+    pairs = (("psi90-chamber1", "psi30-chamber2"), ("psi90-chamber2", "psi30-chamber1"))
+    pressure = truth["pressure"].values.max(axis=1)
+    # The cap's mesh is not quite symmetric: chambers 2 and 3 of ψ = 0 differ by 9e-4°. At 60 kPa walls touch
+    # all along, and nodes are found to 5e-3 mm: over the cap's radius of 6 mm a turn of 0.05°. Beyond, walls
+    # lose their balance, and there is more than one stable state.
+    for one, other in pairs:
+        for least, most, difference in ((0.0, 50e3, 1e-3), (50e3, 60e3, 0.05)):
+            within = (pressure > least) & (pressure <= most)
+            first, second = (
+                truth["bending_angle"].values[within & (truth["case"].values == name)]
+                for name in (one, other)
+            )
+            assert first.size > 0
+            np.testing.assert_allclose(first, second, rtol=0, atol=np.deg2rad(difference))
 
 
 def test_sections_lean_as_the_documentation_says(truth: xr.Dataset) -> None:

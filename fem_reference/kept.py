@@ -30,8 +30,8 @@ _LOG = logging.getLogger(__name__)
 _KEPT_END = 1e-6, 1e-5, MOMENT_TOLERANCE
 _EXACT_END = 1e-8, 1e-6, MOMENT_TOLERANCE
 _MIXED_END = 1e-5, 1e-4, 1e-5
-# Steps with a stiffness that is kept: how many, how fast every other must shrink, and how far one may be from
-# shorter than the last: the first is often as long as the step before it.
+# Steps with a stiffness that is kept: how many, how fast every other must shrink, and how many times as long
+# as the last one may be: the first is often as long as the step before it.
 _KEPT_ITERATIONS = 8
 _KEPT_CONTRACTION, _KEPT_GROWTH = 0.2, 1.5
 # Mixed steps: how many, and after how many that do not shrink to this share of the best they end, for

@@ -202,7 +202,10 @@ def _sinhc(x: Array, up: Array, down: Array) -> Array:
 
 
 def total(a: Array) -> Array:
-    """Sum over the first axis, of three."""
+    """Sum over the first axis, of three.
+
+    Written out, as `dot` is: a reduction is a piece of compiled code of its own, with its arrays stored.
+    """
     return a[0] + a[1] + a[2]
 
 

@@ -21,7 +21,7 @@ from calibration.design import LoadingPath
 from calibration.path_file import PathRecord, PathWriter, path_file, read_path
 from calibration.progress import progress_bar
 from calibration.tracing import CellTracer, Trace, trace_path
-from fem_reference import keep_memory
+from fem_reference import prepare_process
 
 _POLL = 0.2  # [s]
 _CONNECT = 10.0  # [s]
@@ -143,9 +143,10 @@ def _connected(workers: int, scheduler: str | None) -> Iterator[Client]:
         ) as cluster,
         Client(cluster) as client,
     ):
-        # Else the system's zeroing of new pages for matrices takes a third of a path's time. A setting of the
-        # whole process: workers of somebody else's cluster are left as they are.
-        client.run(keep_memory)
+        # Else the system's zeroing of new pages for matrices takes a third of a path's time, and threads get
+        # into each other's way. Settings of the whole process: workers of somebody else's cluster are left as
+        # they are.
+        client.run(prepare_process)
         yield client
 
 

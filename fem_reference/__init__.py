@@ -8,6 +8,7 @@ from fem_reference.cell import CellError, CellState, Load, PeriodCell, follow
 from fem_reference.geometry import ActuatorGeometry
 from fem_reference.material import Ogden
 from fem_reference.memory import keep_memory
+from fem_reference.process import prepare_process
 from fem_reference.section import LEVELS, MeshLevel
 from fem_reference.winding import LAYOUTS, DoubleHelix, NoWinding, Ring, SixHelix, Thread, Winding, layout
 
@@ -37,4 +38,5 @@ __all__ = [
     "keep_memory",
     "layout",
     "load_record",
+    "prepare_process",
 ]

@@ -62,9 +62,9 @@ def _trace(case: "TruthCase", directory: Path, level: str, command: str) -> str:
     """Run one case; what went wrong, or nothing."""
     from calibration.progress import progress_bar
     from calibration.truth import trace
-    from fem_reference import ActuatorError, RunError, keep_memory
+    from fem_reference import ActuatorError, RunError, prepare_process
 
-    keep_memory()
+    prepare_process()
     try:
         with progress_bar(len(case.loads), "states") as advance:
             for _ in trace(case, directory, level, command):

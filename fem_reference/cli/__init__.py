@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from fem_reference.cli import _actuator, _cell
 from fem_reference.cli._arguments import BAD_INPUT, InputError, Parser
-from fem_reference.memory import keep_memory
+from fem_reference.process import prepare_process
 
 __all__ = ["main"]
 
@@ -17,7 +17,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     -------
     status : 0 good; 2 bad input, told in one line on standard error; 3 no convergence, with what was reached.
     """
-    keep_memory()
+    prepare_process()
     parser = Parser(prog="rodmodel-fem", description="3D finite elements of a soft pneumatic actuator.")
     commands = parser.add_subparsers(required=True, metavar="cell | actuator")
     _cell.add_command(commands)

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 import skfem
 
-from fem_reference import LEVELS, Actuator, ActuatorGeometry, ActuatorLoad, Ogden, keep_memory
+from fem_reference import LEVELS, Actuator, ActuatorGeometry, ActuatorLoad, Ogden, prepare_process
 from fem_reference.assembly import SparsePattern
 from fem_reference.mesh import BodyMesh, body_mesh
 from fem_reference.solid import SolidElements
@@ -119,7 +119,7 @@ CODES = {"ours": ours, "felupe": felupes, "scikit-fem": bilinear}
 
 def one(code: str, length: float) -> dict[str, float]:
     """Time of one assembly and peak memory of this process [MiB]."""
-    keep_memory()
+    prepare_process()
     mesh = body_mesh(ActuatorGeometry(), 1e-3 * length, LEVELS["coarse"])
     seconds = median_seconds(CODES[code](mesh), REPEATS[code])
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
@@ -163,7 +163,7 @@ def newton_step(body: float) -> tuple[int, Callable[[], object]]:
 
 def newton_steps() -> tuple[list[dict[str, float]], float]:
     """Median times of all bodies, and the median of the power of the unknowns with which they grow."""
-    keep_memory()
+    prepare_process()
     unknowns, steps = zip(*map(newton_step, BODIES_MM), strict=True)
     # Each is called once before it is timed, so that caches are filled.
     seconds = np.array([[median_seconds(step, 1) for step in steps] for _ in range(STEP_ROUNDS)])

@@ -15,7 +15,7 @@ import jax
 import numpy as np
 
 import rodmodel
-from fem_reference import Actuator, ActuatorLoad, keep_memory
+from fem_reference import Actuator, ActuatorLoad, prepare_process
 from rodmodel import FixedStep
 from tests.benchmark.bench_peers import duration, processor
 from tests.benchmark.page import write_measured
@@ -27,7 +27,7 @@ RUNS, STEPS = 2000, 3
 
 def finite_elements() -> tuple[list[dict[str, Any]], int]:
     """States of the full actuator with the time that each took, and the number of unknowns."""
-    keep_memory()
+    prepare_process()
     actuator = Actuator(level="coarse")
     loads = [ActuatorLoad((1e3 * p, 0.0, 0.0), tip_force=tuple(FORCE)) for p in PRESSURES_KPA]
     rows = []

@@ -34,7 +34,7 @@ from fem_reference import (
     PeriodCell,
     Winding,
     follow,
-    keep_memory,
+    prepare_process,
 )
 from fem_reference.section import mesh_level
 from fem_reference.winding import Thread, layout
@@ -129,7 +129,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=None, help="directory for last good states")
     parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
     options = parser.parse_args()
-    keep_memory()
+    prepare_process()
     if options.out is not None:
         options.out.mkdir(parents=True, exist_ok=True)
     rows = []

@@ -1,0 +1,37 @@
+"""Settings of the process: compiled code runs in the thread that calls it, whole."""
+
+import json
+import subprocess
+import sys
+
+SCRIPT = """
+import json, os, sys, time
+from fem_reference import prepare_process
+
+if sys.argv[1] == "prepared":
+    prepare_process()
+import jax, jax.numpy as jnp
+
+@jax.jit
+def loop(start):
+    return jax.lax.fori_loop(0, 1000, lambda _, x: jnp.sin(x), start)
+
+start = jnp.ones(100_000)
+jax.block_until_ready(loop(start))
+here, everywhere = time.thread_time(), time.process_time()
+jax.block_until_ready(loop(start))
+here, everywhere = time.thread_time() - here, time.process_time() - everywhere
+parts = loop.lower(start).compile().as_text().count("outer_dimension_partitions")
+print(json.dumps({"share": here / everywhere, "parts": parts, "left": os.environ.get("NPROC")}))
+"""
+
+
+def test_compiled_code_runs_whole_in_the_calling_thread() -> None:
+    """Its share of the processor's time, half a second, is all; by default others have most of it."""
+    found = {}
+    for name in ("prepared", "plain"):
+        run = subprocess.run([sys.executable, "-c", SCRIPT, name], capture_output=True, text=True, check=True)
+        found[name] = json.loads(run.stdout)
+    assert found["prepared"]["share"] > 0.9 > 0.5 > found["plain"]["share"]
+    assert found["prepared"]["parts"] == 0
+    assert found["prepared"]["left"] is None

@@ -20,7 +20,7 @@ from jaxtyping import Float
 from rich.progress import track
 
 import rodmodel
-from fem_reference import Actuator, ActuatorLoad, ActuatorRun, ActuatorState
+from fem_reference import Actuator, ActuatorLoad, ActuatorRun, ActuatorState, prepare_process
 
 DIRECTORY = Path(__file__).parent / "data"
 RISE_KPA = [*range(5, 66, 5)]
@@ -95,6 +95,7 @@ def follow(name: str, directory: Path, level: str, last: int | None) -> None:
 def main(arguments: list[str] | None = None) -> None:
     """Follow the paths whose frames are not there yet."""
     jax.config.update("jax_enable_x64", True)
+    prepare_process()
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("directory", nargs="?", type=Path, default=DIRECTORY)
     parser.add_argument("--only", nargs="+", metavar="NAME", default=["chamber1", "circle"])

@@ -19,7 +19,7 @@ import numpy as np
 from points_file import arguments, complete
 
 from calibration.run import END_COMPLIANCE
-from fem_reference import CellError, Load, PeriodCell, follow, layout
+from fem_reference import CellError, Load, PeriodCell, follow, layout, prepare_process
 
 FILE = Path(__file__).parent / "data" / "cell_points.json"
 SINGLE_KPA = [5.0 * n for n in range(1, 15)]
@@ -91,6 +91,7 @@ def main() -> None:
         "--last-kpa", type=float, default=70.0, help="largest pressure (default: %(default)s)"
     )
     options = parser.parse_args()
+    prepare_process()
     complete(options, paths(), lambda path: trace(path, options.elements, options.last_kpa))
 
 

@@ -14,7 +14,7 @@ from comparison import MAPPED, bending_axis
 from points_file import arguments, complete
 
 from calibration.run import END_COMPLIANCE
-from fem_reference import CellError, Load, PeriodCell, follow, layout
+from fem_reference import CellError, Load, PeriodCell, follow, layout, prepare_process
 
 FILE = Path(__file__).parent / "data" / "moment_points.json"
 PRESSURES_KPA = (0.0, 20.0, 40.0)
@@ -73,6 +73,7 @@ def main() -> None:
     """Follow what the file lacks."""
     parser = arguments(__doc__, FILE)
     options = parser.parse_args()
+    prepare_process()
     complete(options, paths(), lambda path: trace(path, options.elements))
 
 

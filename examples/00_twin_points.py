@@ -14,7 +14,7 @@ from typing import Any
 
 from points_file import arguments, complete
 
-from fem_reference import Actuator, ActuatorGeometry, ActuatorLoad
+from fem_reference import Actuator, ActuatorGeometry, ActuatorLoad, prepare_process
 
 FILE = Path(__file__).parent / "data" / "twin_points.json"
 VARIATION = (0.1, 0.0, 0.0)
@@ -48,6 +48,7 @@ def trace(path: tuple[str, tuple[float, float, float], tuple[float, ...]], level
 def main() -> None:
     """Follow what the file lacks."""
     options = arguments(__doc__, FILE).parse_args()
+    prepare_process()
     complete(options, PATHS, lambda path: trace(path, options.elements))
 
 

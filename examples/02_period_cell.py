@@ -15,7 +15,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 
-from fem_reference import LEVELS, CellState, Load, PeriodCell, follow
+from fem_reference import LEVELS, CellState, Load, PeriodCell, follow, prepare_process
 
 STEP_KPA = 2.5
 
@@ -27,6 +27,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--elements", choices=list(LEVELS), default="coarse")
     parser.add_argument("--pressures-kpa", nargs="+", type=float, default=[20.0, 40.0, 60.0])
     options = parser.parse_args(arguments)
+    prepare_process()
 
     cell = PeriodCell(level=options.elements)
     shown = sorted(options.pressures_kpa)

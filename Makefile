@@ -69,7 +69,7 @@ lint: setup
 
 # A warning is an error.
 docs: setup
-	$(BIN)/mkdocs build --quiet --strict --config-file .ci/mkdocs.yml
+	$(BIN)/mkdocs build --strict --config-file .ci/mkdocs.yml
 
 format: setup
 	$(BIN)/ruff format .

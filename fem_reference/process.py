@@ -11,7 +11,7 @@ _XLA_THREADS = "NPROC"
 
 
 def prepare_process() -> None:
-    """Keep the memory of arrays (see `keep_memory`), and run compiled loops in the threads that call them.
+    """Keep the memory of arrays (`keep_memory`), and run compiled loops in the threads that call them.
 
     The elements are worked out in chunks by as many threads as OpenMP has (see `solid`). By default JAX hands
     each chunk's loops over to threads of its own, which share every one of them out once more. Then all wait

@@ -30,8 +30,8 @@ class Rod(eqx.Module):
     """Soft actuator as an inextensible Cosserat rod with a clamped base and a rigid cap.
 
     Unless told otherwise, the base is at the origin, the rod along +z at rest, chamber k at azimuth
-    120° (k − 1). `jax.jit`, `jax.vmap` and `jax.grad` work on [`Rod.solve`][]; `rodmodel.load` makes a rod
-    from a calibration.
+    120° (k − 1). `jax.jit`, `jax.vmap` and `jax.grad` work on [`rodmodel.Rod.solve`][]; `rodmodel.load` makes
+    a rod from a calibration.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Rod(eqx.Module):
         """Equilibrium under chamber pressures and loads.
 
         Without loads the rod is an arc of the free curvature, in closed form. With loads the equations of
-        [`rodmodel._balance.Equilibrium`][] are integrated and solved by shooting; where it takes that to
+        `rodmodel._balance.Equilibrium` are integrated and solved by shooting; where it takes that to
         stay with the rod, the loads grow in proportion from zero. The equilibrium is the stable one that the
         rod goes to. Where it would snap, or buckle to no side in particular, the solve ends there without
         convergence. A load that is not given costs nothing.
@@ -158,7 +158,7 @@ class Rod(eqx.Module):
         ----------
         bending_angle, bending_plane : θ, zero or positive, and γ [rad]; both, or else the next.
         tip_position : of the centre of the cap's outer face, world frame [m].
-        tip_force, tip_moment, gravity : dead loads, as in [`Rod.solve`][].
+        tip_force, tip_moment, gravity : dead loads, as in [`rodmodel.Rod.solve`][].
         throw : raise where an input is not finite, an angle is negative, or the rod has no equilibrium under
             its loads. If false, these are flagged in the result: under `jax.vmap`, for each row alone. A
             target out of reach is no error.
@@ -203,7 +203,8 @@ class Rod(eqx.Module):
 
         Parameters
         ----------
-        pressure, tip_force, tip_moment, gravity, solver, loads : as for [`Rod.solve`][], with `throw` false.
+        pressure, tip_force, tip_moment, gravity, solver, loads : as for [`rodmodel.Rod.solve`][], with
+            `throw` false.
         arc_lengths : where along the rod to differentiate the pose besides the tip [m].
 
         Returns

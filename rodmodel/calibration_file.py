@@ -104,7 +104,7 @@ class Actuator(eqx.Module):
     the cap does not bend at all. The base turns by `base_turn` [rad/Pa] with the pressures, less by the free
     turn of a length `base_lag` [m], both for a section of the bending stiffness `base_stiffness` [N m²] and
     more for a softer one (zero: the same for all). The cap lies beside the arc by up to `tip_offset` [m], by
-    71 % of that at the `tip_offset_curvature` [1/m]: see [`rodmodel._ends`][]. Over the `held_length` [m] of
+    71 % of that at the `tip_offset_curvature` [1/m]: see `rodmodel._ends`. Over the `held_length` [m] of
     both ends the chambers keep their volume. Under a force, sections lean against the axis by the
     `shear_compliance` [1/N] times its part across them; zero for a rod that does not shear.
     """

@@ -30,9 +30,9 @@ class Expansion(NamedTuple):
 class CurvatureLaw(eqx.Module):
     """Section potential at one fixed pressure: a function of the curvature alone.
 
-    The pressures are the same all along a rod, so a rod contracts its [`SectionLaw`][] once, by
-    [`SectionLaw.at`][], and integrates what is left. `energy`, `moment` and `stiffness` take one curvature;
-    `jax.vmap` them over many.
+    The pressures are the same all along a rod, so a rod contracts its [`rodmodel.SectionLaw`][] once, by
+    [`rodmodel.SectionLaw.at`][], and integrates what is left. `energy`, `moment` and `stiffness` take one
+    curvature; `jax.vmap` them over many.
     """
 
     free_curvature: eqx.AbstractVar[Float[Array, "3"]]

@@ -80,8 +80,6 @@ def table(rows: list[dict[str, Any]], unknowns: int) -> str:
 def main() -> None:
     """Measure, print, and write the page's table."""
     jax.config.update("jax_enable_x64", True)
-    # The next call comes when this one is done: a handover to another thread only costs.
-    jax.config.update("jax_cpu_enable_async_dispatch", False)
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", action="store_true", help="print one object and nothing else")
     options = parser.parse_args()

@@ -171,7 +171,7 @@ class Actuator:
         )
         self.equations = ActuatorEquations(self.model)
         self._problem = ActuatorProblem(self.equations)
-        self._solver = solver or default_solver(definite=True)
+        self._solver = solver or default_solver(definite=True, elimination=self.equations.elimination)
 
     @property
     def elements(self) -> int:

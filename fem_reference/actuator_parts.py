@@ -18,6 +18,7 @@ from fem_reference.axis_bond import AxisBond
 from fem_reference.axis_contact import AxisContact
 from fem_reference.cell_equations import ROD_YOUNG_MODULUS, THREAD
 from fem_reference.chamber import Chamber
+from fem_reference.elimination import SlabElimination
 from fem_reference.mesh import BOTTOM, TOP, BodyMesh, actuator_mesh
 from fem_reference.rod_axis import RodAxis, SplineBasis
 from fem_reference.section import CAVITY, CHAMBERS, MILLIMETRE
@@ -30,6 +31,9 @@ from fem_reference.wall_contact import WallContact
 
 # Length of a span of the rod's curve [mm]: a tenth of the bending radius at 180°.
 _SPAN = 2.0
+# Thickness of slabs in elimination as a share of the body's diameter: with more or fewer cuts the factors'
+# operations are more, of all windings and levels alike.
+_SLAB = 1.0 / 3.0
 # kg/m³ in tonne/mm³, so that an acceleration in mm/s² gives newtons.
 _DENSITY = 1e-12
 
@@ -96,6 +100,10 @@ class ActuatorParts:
         self.size = self._unknowns.size
         #: See `Unknowns`.
         self.fold = self._unknowns.fold
+        #: For factors of the stiffness.
+        self.elimination = SlabElimination(
+            self._unknowns.points, self.rest_positions[:, 2], _SLAB * geometry.body_diameter * MILLIMETRE
+        )
         self._bending = self._unknowns.entries(self._bending_stiffness())
         numbered = [self._unknowns.of(c) for c in self._connectivities()]
         groups, signs = [dofs for dofs, _ in numbered], [sign for _, sign in numbered]

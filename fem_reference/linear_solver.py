@@ -8,11 +8,12 @@ import ctypes
 import logging
 import os
 import weakref
+from collections.abc import Callable
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 import scipy.sparse as sparse
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from scipy.sparse.linalg import splu
 
 _LOG = logging.getLogger(__name__)
@@ -22,6 +23,10 @@ _LOG = logging.getLogger(__name__)
 _ACCURATE = 1e-7
 # How fast it must shrink, or factors of single precision are not worth refining.
 _CONTRACTION = 0.1
+
+
+#: Gives the unknowns in the order in which they are to be eliminated, by the pattern of the upper triangle.
+Elimination = Callable[[sparse.csr_matrix], Int[np.ndarray, " n"]]
 
 
 class SingularMatrixError(ArithmeticError):
@@ -59,12 +64,15 @@ class PardisoSolver:
     single : whether factors are of single precision, which takes 40 % less time. Solutions are refined with
         the matrix itself, which must stay as it is for as long (Higham 2002, Accuracy and Stability of
         Numerical Algorithms, §12); one for which that does not converge is factorised in double precision.
+    elimination : called for each new pattern; nested dissection by PARDISO if none.
     """
 
-    def __init__(self, definite: bool = False, single: bool = False) -> None:
+    def __init__(
+        self, definite: bool = False, single: bool = False, elimination: Elimination | None = None
+    ) -> None:
         import pypardiso
 
-        self._definite, self._single = definite, single
+        self._definite, self._single, self._elimination = definite, single, elimination
         self.factors = 0
         self._pardiso = pypardiso.PyPardisoSolver(mtype=-2)
         # Where the library was found: searching for it anew takes a third of a second for each solver.
@@ -86,6 +94,8 @@ class PardisoSolver:
         self._revision: int | None = None
         # The matrix as PARDISO reads it: values in the precision of the factors, rows and columns from one.
         self._values, self._rows, self._columns = np.zeros(0), np.zeros(1, np.int32), np.zeros(0, np.int32)
+        # Unknowns in the order of elimination, from one.
+        self._order = np.zeros(0, np.int32)
         # MKL holds the factors outside Python's sight.
         weakref.finalize(self, self._pardiso.free_memory, everything=True).atexit = False
 
@@ -104,6 +114,11 @@ class PardisoSolver:
         if not analysed and self._upper is not None:
             # All of it: factors of one precision are not to be found in the place of the other's.
             self._pardiso.free_memory(everything=True)
+        if revision != self._revision:
+            self._order = np.zeros(upper.shape[0], np.int32)
+            if self._elimination is not None:
+                self._pardiso.set_iparm(5, 1)
+                self._order = self._elimination(upper).astype(np.int32) + 1
         self._upper, self._revision = upper, revision
         self._values = upper.data.astype(precision, copy=False)
         if not analysed:
@@ -163,6 +178,14 @@ class PardisoSolver:
         diagonal = upper.data[upper.indptr[:-1]]
         return upper @ vectors + upper.T @ vectors - diagonal[:, None] * vectors
 
+    def _dissect(self, upper: sparse.csr_matrix) -> Int[np.ndarray, " n"]:
+        """Analyse a pattern alone, and give PARDISO's order of elimination."""
+        self._values, self._order = upper.data.astype(np.float64), np.zeros(upper.shape[0], np.int32)
+        self._rows, self._columns = upper.indptr.astype(np.int32) + 1, upper.indices.astype(np.int32) + 1
+        self._pardiso.set_iparm(5, 2)
+        self._call(11, np.zeros((upper.shape[0], 1)))
+        return self._order - 1
+
     def _call(self, phase: int, right: Float[np.ndarray, "n columns"]) -> Float[np.ndarray, "n columns"]:
         """Run a phase of PARDISO; the solution, if it solves. `pypardiso`'s own is for double precision."""
         # PARDISO reads values of the factors' precision, whatever the array holds.
@@ -180,7 +203,7 @@ class PardisoSolver:
         pardiso._mkl_pardiso(
             pardiso.pt.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
             *(factors, number, kind, phase_, size),
-            *(numbers(self._values), integers(self._rows), integers(self._columns), integers(pardiso.perm)),
+            *(numbers(self._values), integers(self._rows), integers(self._columns), integers(self._order)),
             *(columns, integers(pardiso.iparm), silent, numbers(right), numbers(solution)),
             ctypes.byref(error),
         )
@@ -212,10 +235,20 @@ class SuperLuSolver:
         return self._factor.solve(np.ascontiguousarray(right))
 
 
-def default_solver(definite: bool = False, single: bool = False) -> SymmetricSolver:
+def nested_dissection(upper: sparse.csr_matrix) -> Int[np.ndarray, " n"]:
+    """Order of elimination by METIS, which comes with PARDISO, for the pattern of an upper triangle.
+
+    Its rows' entries are sorted, with the diagonal's among them.
+    """
+    return PardisoSolver()._dissect(upper)
+
+
+def default_solver(
+    definite: bool = False, single: bool = False, elimination: Elimination | None = None
+) -> SymmetricSolver:
     """PARDISO where MKL is installed, else SuperLU with a warning in the log; for the choices see there."""
     try:
-        return PardisoSolver(definite, single)
+        return PardisoSolver(definite, single, elimination)
     except ImportError as error:
         _LOG.warning("MKL PARDISO is not available (%s); SuperLU takes over and is many times slower", error)
         return SuperLuSolver()

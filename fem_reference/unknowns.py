@@ -43,6 +43,12 @@ class Unknowns:
         """Which components of which points have no unknown."""
         return (self._number < 0).reshape(-1, 3)
 
+    @property
+    def points(self) -> Int[np.ndarray, " size"]:
+        """Point that each unknown moves, the first of two images."""
+        _, first = np.unique(self._number[self._number >= 0], return_index=True)
+        return np.flatnonzero(self._number >= 0)[first] // 3
+
     def of(
         self, connectivity: Int[np.ndarray, "blocks points"]
     ) -> tuple[Int[np.ndarray, "blocks dofs"], Float[np.ndarray, "blocks dofs"]]:

@@ -28,6 +28,11 @@ def test_what_is_held_has_no_unknown(held):
     np.testing.assert_array_equal(moved[3], 0.0)
 
 
+def test_unknowns_move_their_points_of_images_the_first(held):
+    np.testing.assert_array_equal(Unknowns.but_for(held).points, [0, 0, 0, 1, 1, 1, 2, 2, 2])
+    np.testing.assert_array_equal(Unknowns.mirrored(held, IMAGE).points, [0, 0, 1, 1, 1])
+
+
 def test_each_point_has_its_image():
     np.testing.assert_array_equal(mirror.images(POINTS), IMAGE)
 

@@ -60,12 +60,13 @@ def test_forces_balance_and_states_are_stable(truth: xr.Dataset) -> None:
         ("psi30-chamber2", 0.0, 70e3, 0.0),
         ("psi30-chamber3", 0.0, 0.0, 70e3),
         ("psi45-chamber1", 70e3, 0.0, 0.0),
+        ("psi45-chamber2", 0.0, 70e3, 0.0),
         ("psi45-chamber3", 0.0, 0.0, 70e3),
         ("psi90-chamber1", 70e3, 0.0, 0.0),
         ("psi90-chamber2", 0.0, 70e3, 0.0),
         ("psi90-chamber3", 0.0, 0.0, 70e3),
     ]
-    np.testing.assert_array_equal(beyond["jumped"], [1, 0, 1, 1, 1, 1, 1, 1, 1, 1, 1])
+    np.testing.assert_array_equal(beyond["jumped"], [1, 0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1])
     assert (beyond["stable"].values == 1).all()
 
 
@@ -87,6 +88,7 @@ def test_chambers_bend_to_their_own_side(truth: xr.Dataset) -> None:
         ("psi90-chamber1", 0, 60e3, [16.8]),
         ("psi90-chamber2", 1, 60e3, [136.4]),
         ("psi90-chamber3", 2, 60e3, [227.5]),
+        ("psi45-chamber2", 1, 60e3, [141.7]),
         ("psi45-chamber3", 2, 60e3, [253.9]),
     ):
         own = (truth["case"].values == case) & (truth["pressure"].values[:, chamber] > above)

@@ -2,9 +2,9 @@
 
 Nested dissection halves a body again and again, and a cut has the factors of up to two others beside its own.
 Where all cuts are small and alike, as across a slender body, they are eliminated one after another from both
-ends to the middle, each next to one other only: that takes a third of the operations of cuts, and the work
-grows with the length. Slabs between cuts are left to nested dissection (George, Liu 1981, Computer Solution
-of Large Sparse Positive Definite Systems, §8).
+ends to the middle, each next to one other only: that takes a third of the operations of such cuts, and the
+work grows with the length. Slabs between cuts are left to nested dissection (George, Liu 1981, Computer
+Solution of Large Sparse Positive Definite Systems, §8).
 """
 
 import numpy as np
@@ -53,6 +53,7 @@ class SlabElimination:
         cut = self._cut_of(coupled)
         within = np.flatnonzero(cut < 0)
         slabs = sparse.triu(coupled[within][:, within]).tocsr()
+        slabs.sort_indices()
         cuts = [np.flatnonzero(cut == number) for number in range(len(self._cuts))]
         order = np.concatenate([within[nested_dissection(slabs)], *cuts])
         rank = np.empty_like(order)

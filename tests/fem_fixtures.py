@@ -112,7 +112,9 @@ def tensor_mesh(axes: Sequence[np.ndarray], order: int = 1) -> BodyMesh:
         return np.array([grid[tuple(slice(i, i + order + 1) for i in start)].ravel() for start in starts])
 
     faces = [face for axis in (2, 1, 0) for face in (node.take(0, axis), node.take(-1, axis))]
-    return BodyMesh(points, pieces(node), {name: pieces(f) for name, f in zip(SIDES, faces, strict=True)})
+    return BodyMesh(
+        points, pieces(node), {name: pieces(np.asarray(f)) for name, f in zip(SIDES, faces, strict=True)}
+    )
 
 
 def element_faces(mesh: BodyMesh) -> np.ndarray:

@@ -72,7 +72,7 @@ def ours(mesh: BodyMesh) -> Callable[[], object]:
 
 def felupes(mesh: BodyMesh) -> Callable[[], object]:
     """Force and stiffness of felupe's nearly incompressible solid body."""
-    import felupe  # type: ignore[import-untyped]
+    import felupe
 
     material, x = Ogden(), positions(mesh)
     # felupe counts a hexahedron's corners around its bottom and then its top face.

@@ -79,7 +79,7 @@ def cold(*loads: str) -> float:
 
 def measure(name: str, rod: rodmodel.Rod, pressures: np.ndarray, steps: int) -> dict[str, float]:
     """Times of one rod, and the error at the tip against the reference, relative to the length."""
-    loads = {"tip_force": FORCE, "gravity": GRAVITY}
+    loads: dict[str, Any] = {"tip_force": FORCE, "gravity": GRAVITY}
     predictor = rod.predictor(tuple(loads), solver=FixedStep(steps, 1e-5))
     several = pressures[:20]
     exact = jax.vmap(lambda p: rod.solve(p, **loads, throw=False, solver=Adaptive(1e-12)).tip_position)(

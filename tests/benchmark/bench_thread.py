@@ -49,7 +49,9 @@ class Placed(DoubleHelix):
     cuts: tuple[float, ...] = ()
     shift: float = 0.0
 
-    def polylines(self, radius: float, length: float, points_per_turn: int) -> list[np.ndarray]:
+    def polylines(
+        self, radius: float, length: float, points_per_turn: int, start: float = 0.0
+    ) -> list[np.ndarray]:
         """See `Winding.polylines`."""
         lines = []
         for hand in (1.0, -1.0):
@@ -58,6 +60,8 @@ class Placed(DoubleHelix):
                 turn = (hand * np.array(self.cuts) / (2.0 * math.pi) + self.shift / self.pitch) % 1.0
                 turn = turn[(turn > 1e-9) & (turn < 1.0 - 1e-9)]
                 z = np.concatenate([[0.0], np.sort(turn) * self.pitch, [length]])
+            skipped = int(np.searchsorted(z, start - 1e-9 * length))
+            z = np.concatenate([z[skipped:], z[1 : skipped + 1] + length])
             azimuth = hand * 2.0 * math.pi * (z - self.shift) / self.pitch
             lines.append(np.column_stack([radius * np.cos(azimuth), radius * np.sin(azimuth), z]))
         return lines

@@ -11,6 +11,7 @@ from jaxtyping import Float, Int
 
 from fem_reference.curve_points import CurvePoints, windows
 from fem_reference.interface import ACTIVATION, INSIDE_SHARE, REST_SHARE, barrier
+from fem_reference.problem import NewtonError
 from fem_reference.rod_axis import SplineBasis
 
 
@@ -52,8 +53,12 @@ class AxisContact:
         return np.array([points.distance(positions) for points in self._points]) - self._radii
 
     def admissible(self, positions: Float[np.ndarray, "all 3"]) -> bool:
-        """Whether every point is on its own side of the axis, with some way to go."""
-        return bool((self.gap(positions) > -INSIDE_SHARE * self._radii).all())
+        """Whether points are on their own side of the axis, with some way to go, and near their stations."""
+        try:
+            gap = self.gap(positions)
+        except NewtonError:
+            return False
+        return bool((gap > -INSIDE_SHARE * self._radii).all())
 
     def pressure(self, positions: Float[np.ndarray, "all 3"]) -> Float[np.ndarray, "gauss facets"]:
         """Pressure on the rod at each point, per reference area [MPa]."""

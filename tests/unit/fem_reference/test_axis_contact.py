@@ -42,6 +42,17 @@ def test_facets_just_touch_the_rod_at_rest(case):
     np.testing.assert_allclose(force[: case.equations.nodes].sum(axis=0), 0.0, atol=1e-12)
 
 
+def test_a_wall_in_the_rod_is_not_admissible_nor_one_that_slips_along_it_by_more_than_a_span(case):
+    contact, x = case.equations.contact, case.x.copy()
+    assert contact.admissible(x)
+    radius = np.hypot(*case.equations.rest_positions[wall(case)[0], :2])
+    x[wall(case), 0] -= radius
+    assert not contact.admissible(x)
+    x = case.x.copy()
+    x[wall(case), 2] += 3.0 * case.equations.basis.span
+    assert not contact.admissible(x)
+
+
 def test_a_wall_that_is_bonded_all_along_is_not_in_contact():
     equations = ActuatorEquations(model("all"))
     assert len(equations.contact.connectivity) == 0

@@ -126,8 +126,9 @@ class Actuator:
     geometry, material, winding, thread : by default the paper's.
     level : ``coarse``, ``medium``, ``paper``, or element counts of your own.
     density : of silicone and rod, for gravity [kg/m³].
-    bonded : where the cavity is bonded to the rod: in the ``cap``, as in the paper; at the ``tip``, its outer
-        face, only; or ``all`` along. Elsewhere it slides without friction and may leave the rod.
+    bonded : where the cavity is bonded to the rod: in the ``cap``, as in the paper; at the ``tip`` only,
+        over its last 2 mm, the rod's diameter; or ``all`` along. Elsewhere it slides without friction and may
+        leave the rod.
     cap_wound : whether the thread goes on over the cap.
     symmetric : whether the body keeps its plane of symmetry, y = 0, through the middle of chamber 1. That
         halves the unknowns; geometry, winding and loads must have it too. A state that is ``stable`` is so

@@ -61,8 +61,8 @@ class ActuatorModel:
     geometry, material, winding, thread : see there.
     level : mesh density.
     density : of silicone and rod [kg/m³].
-    bonded : where the cavity is bonded to the rod: ``cap`` (its whole length), ``tip`` (the outer face only)
-        or ``all``.
+    bonded : where the cavity is bonded to the rod: ``cap`` (its whole length), ``tip`` (its end, over the
+        rod's diameter) or ``all``.
     cap_wound : whether the thread goes on over the cap.
     symmetric : whether the plane of symmetry y = 0 is kept.
     """

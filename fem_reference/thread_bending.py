@@ -13,6 +13,8 @@ References
 Bergou et al. (2008), Discrete elastic rods, ACM Trans. Graph. 27, for the curvature of a joint.
 """
 
+from collections.abc import Callable
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -65,7 +67,7 @@ class ThreadBending:
         #: Host nodes of no weight, which fill up short rows of ``connectivity``.
         self.padding = (self._coefficient == 0.0).all(axis=1)
         at_rest = self._spans(rest)
-        self._turning = np.asarray(_turnings(at_rest))
+        self._turning = _turnings(at_rest)
         self._stiffness = share * bending_stiffness / np.linalg.norm(at_rest, axis=2).mean(axis=1)
 
     def __len__(self) -> int:
@@ -80,14 +82,14 @@ class ThreadBending:
 
     def force(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "joints dofs"]:
         """Forces of the joints on their host nodes, those of `response`."""
-        slope = np.asarray(_slopes(self._spans(positions), self._turning, self._stiffness))
+        slope = _slopes(self._spans(positions), self._turning, self._stiffness)
         return np.einsum("jsc,jsi->jci", self._coefficient, slope).reshape(len(self), -1)
 
     def response(
         self, positions: Float[np.ndarray, "nodes 3"]
     ) -> tuple[Float[np.ndarray, "joints dofs"], Float[np.ndarray, "joints dofs dofs"]]:
         """Forces and tangents of the joints on their host nodes."""
-        curve = np.asarray(_curves(self._spans(positions), self._turning, self._stiffness))
+        curve = _curves(self._spans(positions), self._turning, self._stiffness)
         count, size = len(self), 3 * self.connectivity.shape[1]
         spread = np.einsum("jsc,ik->jcisk", self._coefficient, np.eye(3)).reshape(count, size, 6)
         stiffness = (spread @ curve.reshape(count, 6, 6)) @ np.swapaxes(spread, 1, 2)
@@ -113,7 +115,18 @@ def _energy(
     return 0.5 * stiffness * (_turning(spans) - turning) ** 2
 
 
-_turnings = jax.jit(jax.vmap(_turning))
-_energies = jax.jit(jax.vmap(_energy))
-_slopes = jax.jit(jax.vmap(jax.grad(_energy)))
-_curves = jax.jit(jax.vmap(jax.hessian(_energy)))
+def _of_joints(function: Callable[..., Array]) -> Callable[..., np.ndarray]:
+    """Of all joints at once, in double precision whatever the process has."""
+    compiled = jax.jit(jax.vmap(function))
+
+    def call(*arguments: np.ndarray) -> np.ndarray:
+        with jax.enable_x64(True):
+            return np.asarray(compiled(*arguments))
+
+    return call
+
+
+_turnings = _of_joints(_turning)
+_energies = _of_joints(_energy)
+_slopes = _of_joints(jax.grad(_energy))
+_curves = _of_joints(jax.hessian(_energy))

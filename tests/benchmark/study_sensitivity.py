@@ -65,7 +65,7 @@ def of_cell() -> Iterator[tuple[str, Angles]]:
 def of_actuator() -> Iterator[tuple[str, Angles]]:
     """Rows of the actuator's table: first the interface with the rod, which only it has."""
     yield "default", actuator_angles
-    yield "cavity bonded to the rod at the outer face only", partial(actuator_angles, bonded="tip")
+    yield "cavity bonded to the rod at the tip only", partial(actuator_angles, bonded="tip")
     yield "cavity bonded to the rod all along", partial(actuator_angles, bonded="all")
     yield "thread over the cap too", partial(actuator_angles, cap_wound=True)
     for name, changes in assumptions():

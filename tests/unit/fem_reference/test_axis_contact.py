@@ -1,10 +1,12 @@
 """Contact of the cavity's facets with the rod's curve, and what of it comes with the rod's roundness."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fem_reference.interface import ACTIVATION, REST_SHARE, barrier
-from tests.fem_fixtures import assemble, difference, relative_error
+from tests.fem_fixtures import TINY, assemble, difference, relative_error
 from tests.unit.fem_reference.test_actuator_equations import ActuatorEquations, Case, model
 
 # Products of some ten numbers in each entry.
@@ -42,7 +44,7 @@ def test_facets_just_touch_the_rod_at_rest(case):
     np.testing.assert_allclose(force[: case.equations.nodes].sum(axis=0), 0.0, atol=1e-12)
 
 
-def test_a_wall_in_the_rod_is_not_admissible_nor_one_that_slips_along_it_by_more_than_a_span(case):
+def test_a_wall_in_the_rod_is_not_admissible_nor_one_that_slips_along_it_by_some_spans(case):
     contact, x = case.equations.contact, case.x.copy()
     assert contact.admissible(x)
     radius = np.hypot(*case.equations.rest_positions[wall(case)[0], :2])
@@ -51,6 +53,19 @@ def test_a_wall_in_the_rod_is_not_admissible_nor_one_that_slips_along_it_by_more
     x = case.x.copy()
     x[wall(case), 2] += 3.0 * case.equations.basis.span
     assert not contact.admissible(x)
+
+
+@pytest.mark.parametrize(("bonded", "lowest"), [("all", 0.0), ("cap", 9.0), ("tip", 10.0)])
+def test_the_cavity_is_bonded_from_where_it_is_said_to_be_and_slides_below(bonded, lowest):
+    """Of 12 mm, with nodes every 0.5 mm in the cap; bonded on both sides of a facet it is not in contact."""
+    equations = ActuatorEquations(model(bonded, replace(TINY, axial_size=0.5)))
+    heights = equations.rest_positions[:, 2]
+    cavity = heights[equations.mesh.nodes("cavity")]
+    assert len(equations.bond.connectivity) == (cavity > lowest - 1e-6).sum()
+    if lowest > 0.0:
+        facets = equations.contact.connectivity[:, :4]
+        assert heights[facets].min(axis=1).max() < lowest
+        assert heights[facets].max() == pytest.approx(lowest)
 
 
 def test_a_wall_that_is_bonded_all_along_is_not_in_contact():

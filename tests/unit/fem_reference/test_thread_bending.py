@@ -1,5 +1,6 @@
 """Bending of the thread: the energy of an elastica in closed form, exact derivatives, off by default."""
 
+import jax
 import numpy as np
 import pytest
 
@@ -49,6 +50,15 @@ def x(rest) -> np.ndarray:
 @pytest.fixture(scope="module")
 def direction(rest) -> np.ndarray:
     return np.random.default_rng(2).uniform(-1.0, 1.0, rest.shape)
+
+
+def test_it_is_worked_out_in_double_precision_whatever_the_process_has(joints, x):
+    energy, (forces, tangents) = joints.energy(x), joints.response(x)
+    with jax.enable_x64(False):
+        assert joints.energy(x) == energy
+        again = joints.response(x)
+    np.testing.assert_array_equal(again[0], forces)
+    np.testing.assert_array_equal(again[1], tangents)
 
 
 def test_a_ring_made_oval_has_the_energy_of_an_elastica(rest):

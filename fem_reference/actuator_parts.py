@@ -31,9 +31,6 @@ from fem_reference.wall_contact import WallContact
 
 # Length of a span of the rod's curve [mm]: a tenth of the bending radius at 180°.
 _SPAN = 2.0
-# Spans on either side on which the cavity's wall may slip, by where it is bonded: into a cap that is not, the
-# inner wall is pressed by 0.6, 1.4 and 1.8 mm at 20, 40 and 45 kPa.
-_BESIDE = {"cap": 1, "tip": 3, "all": 1}
 # Thickness of slabs in elimination as a share of the body's diameter: with more or fewer cuts the factors'
 # operations are more, of all windings and levels alike.
 _SLAB = 1.0 / 3.0
@@ -133,10 +130,7 @@ class ActuatorParts:
         facets, areas = facets[free], areas[free]
         halves = self._halves(facets)
         areas = halves.counts[:, None] * areas[halves.kept]
-        contact = AxisContact(
-            *(facets[halves.kept], values, areas, self.mesh.points, self.basis, self.nodes),
-            beside=_BESIDE[bonded],
-        )
+        contact = AxisContact(facets[halves.kept], values, areas, self.mesh.points, self.basis, self.nodes)
         return bond, contact, np.unique(facets)
 
     def _images(self) -> Int[np.ndarray, " points"] | None:

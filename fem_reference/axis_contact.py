@@ -25,7 +25,6 @@ class AxisContact:
     points : positions of all nodes at rest [mm].
     basis : of the curve.
     first_control : index of the first control point among all positions.
-    beside : spans of the curve, next to a facet's own, on which it may slip.
     """
 
     def __init__(
@@ -36,11 +35,10 @@ class AxisContact:
         points: Float[np.ndarray, "nodes 3"],
         basis: SplineBasis,
         first_control: int,
-        beside: int = 1,
     ) -> None:
         places = np.einsum("qa,fai->qfi", values, points[facets])
         stations = places[:, :, 2]
-        window = windows(basis, stations.min(axis=0), stations.max(axis=0), beside)
+        window = windows(basis, stations.min(axis=0), stations.max(axis=0))
         self._points = [
             CurvePoints(facets, shares, at, basis, window, first_control)
             for shares, at in zip(values, stations, strict=True)

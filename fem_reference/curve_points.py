@@ -48,7 +48,7 @@ class CurvePoints:
     carriers : nodes that carry each point; shares : of each carrier.
     stations : z of each point at rest [mm].
     basis : of the curve.
-    window : control points of each point: those of its station's span at rest and of spans beside it.
+    window : control points of each point: those of its station's span at rest and of the spans beside it.
     first_control : index of the first control point among all positions.
     """
 
@@ -185,10 +185,10 @@ class CurvePoints:
 
 
 def windows(
-    basis: SplineBasis, low: Float[np.ndarray, " n"], high: Float[np.ndarray, " n"], beside: int = 1
+    basis: SplineBasis, low: Float[np.ndarray, " n"], high: Float[np.ndarray, " n"]
 ) -> Int[np.ndarray, "n window"]:
-    """Control points of the spans from each ``low`` station to each ``high`` one, and ``beside`` them."""
-    first, last = basis.first_control(low) - beside, basis.first_control(high) + beside
+    """Control points of the spans from each ``low`` station to each ``high`` one, and one more either way."""
+    first, last = basis.first_control(low) - 1, basis.first_control(high) + 1
     width = min(int((last - first).max(initial=0)) + DEGREE + 1, basis.count)
     return np.clip(first, 0, basis.count - width)[:, None] + np.arange(width)
 

@@ -35,8 +35,7 @@ def measure(module: str) -> Iterator[dict[str, Any]]:
         stdout=subprocess.PIPE,
         text=True,
     ) as process:
-        assert process.stdout is not None
-        for line in process.stdout:
+        for line in process.stdout or ():
             yield json.loads(line)
     if process.returncode != 0:
         raise RuntimeError(

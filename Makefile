@@ -3,8 +3,9 @@ JOBS ?= 2
 
 BIN := .venv/bin
 STAMP := .venv/.installed
+CORE := .venv/.core
+CORE_SOURCES := rodmodel/core/CMakeLists.txt rodmodel/core/_build.py $(wildcard rodmodel/core/src/*.[ch])
 PEERS := .venv/.peers
-PIP := $(BIN)/python -m pip --disable-pip-version-check
 
 .PHONY: run examples examples-full setup test test-slow lint docs format bench clean
 
@@ -35,21 +36,23 @@ examples-full: setup
 
 # gmsh's wheel links against X and GL libraries of the system. Prediction needs none of them, so their absence is
 # said and not fatal.
-setup: $(STAMP)
+setup: $(STAMP) $(CORE)
 	@$(BIN)/python -c "import gmsh" 2>/dev/null || printf '%s\n' \
 	  "gmsh does not load, so rodmodel-fem, rodmodel-calibrate and their tests will not run; rodmodel itself does." \
 	  "On Debian or Ubuntu: apt-get install libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1" >&2
 
-# The build uses the pinned setuptools of the environment, not whatever is newest that day.
+# A line a step; what pip prints is in .venv/setup.log.
 $(STAMP): pyproject.toml constraints.txt
-	@command -v $(PYTHON) >/dev/null || { echo "$(PYTHON) not found: install Python 3.11 or name another, make PYTHON=python3.12" >&2; exit 1; }
-	$(PYTHON) -m venv .venv
-	$(PIP) install -c constraints.txt setuptools wheel
-	$(PIP) install -c constraints.txt --no-build-isolation -e ".[fem,dev]"
+	@PYTHON=$(PYTHON) .ci/setup packages
 	@touch $@
 
-$(PEERS): $(STAMP)
-	$(PIP) install -c constraints.txt --no-build-isolation -e ".[bench]"
+# Compiles only what has changed.
+$(CORE): $(CORE_SOURCES) | $(STAMP)
+	@.ci/setup core
+	@touch $@
+
+$(PEERS): $(STAMP) | $(CORE)
+	@.ci/setup peers
 	@touch $@
 
 # A file's tests stay together: what one of them has compiled serves the next.
@@ -81,7 +84,7 @@ bench: $(PEERS)
 	  module=$$(echo "$${script%.py}" | tr / .); echo "== $$module"; $(BIN)/python -m "$$module"; \
 	done
 
-# Keeps .venv: it takes minutes to fetch and is rebuilt when its pins change.
+# Keeps .venv: it takes minutes to fetch and is rebuilt when its pins change. The extension stays with it.
 clean:
 	rm -rf build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find rodmodel fem_reference calibration tests examples -type d -name __pycache__ -prune -exec rm -rf {} +

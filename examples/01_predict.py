@@ -14,7 +14,7 @@ from rich.markup import escape
 from rich.table import Table
 
 import rodmodel
-from rodmodel.plot import plot_rod
+from rodmodel.view import plot_rod
 
 PICTURE = Path(__file__).parents[1] / "docs" / "images" / "bent_rod.png"
 

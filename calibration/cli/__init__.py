@@ -23,7 +23,7 @@ from calibration.cli._arguments import (
     positive,
     refuse_unwritable,
 )
-from calibration.cli._files import read_calibration_file, read_dataset
+from calibration.cli._files import read_calibration_file, read_dataset, write_calibration_file
 
 # Size of a law that is fitted from scratch.
 _RIDGES, _FEATURES = 24, 16
@@ -130,7 +130,6 @@ def _fit(options: argparse.Namespace, command: str) -> int:
     from calibration.pipeline import Judged, begin_near, fit_and_judge
     from calibration.provenance import code_version, sha256, today
     from calibration.report import error_table
-    from rodmodel import save_calibration
 
     dataset, domain = _dataset(options)
     refuse_unwritable("--out", Path(options.out))
@@ -172,7 +171,8 @@ def _fit(options: argparse.Namespace, command: str) -> int:
         **({"near_sha256": [sha256(Path(file)) for file in options.near]} if near else {}),
         **({"also_sha256": [sha256(Path(file)) for file in options.also]} if others else {}),
     }
-    save_calibration(calibration_of(outcome.law, outcome.domain, outcome.error, run, provenance), options.out)
+    made = calibration_of(outcome.law, outcome.domain, outcome.error, run, provenance)
+    write_calibration_file(made, options.out)
     kept = outcome.domain.pressure_max
     if options.json:
         answer = {

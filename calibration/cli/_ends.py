@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from calibration.cli._arguments import GOOD, BadInputError, Parser, not_negative
-from calibration.cli._files import read_calibration_file, read_truth
+from calibration.cli._files import read_calibration_file, read_truth, write_calibration_file
 
 if TYPE_CHECKING:
     from calibration.ends import Compliance, Ends
@@ -101,14 +101,13 @@ def _write_ends(
     shear: tuple[float, float] | None,
     note: dict[str, Any],
 ) -> None:
-    from rodmodel import save_calibration
-
     leaning = {} if shear is None else {"shear_compliance": shear[0]}
     actuator = replace(calibration.actuator, **ends.values, **leaning)
     provenance = {**calibration.provenance, "ends": note}
     left_out = {"median": ends.angle_median, "p90": ends.angle_p90, "worst": ends.angle_worst}
     errors = {**calibration.error, "actuator_angle_rad": left_out}
-    save_calibration(replace(calibration, actuator=actuator, error=errors, provenance=provenance), file)
+    made = replace(calibration, actuator=actuator, error=errors, provenance=provenance)
+    write_calibration_file(made, file)
 
 
 def _tell_ends(

@@ -1,9 +1,12 @@
-"""Files that several commands read, refused in one line."""
+"""Files that several commands read or write, refused in one line."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from calibration.cli._arguments import BadInputError
+
+if TYPE_CHECKING:
+    import rodmodel
 
 
 def read_dataset(file: str) -> Any:
@@ -34,3 +37,15 @@ def read_calibration_file(file: str) -> Any:
         return read_calibration(file)
     except ValueError as error:
         raise BadInputError(str(error)) from error
+
+
+def write_calibration_file(calibration: "rodmodel.Calibration", file: str) -> None:
+    """A calibration; what was there stays where the new one cannot be written, or could not be read again."""
+    from rodmodel import save_calibration
+
+    try:
+        save_calibration(calibration, file)
+    except OSError as error:
+        raise BadInputError(f"{file}: got {error.strerror}, expected a file that can be written") from error
+    except ValueError as error:
+        raise BadInputError(f"{error}; nothing is written") from error

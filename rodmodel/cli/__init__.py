@@ -1,13 +1,11 @@
-"""The command `rodmodel`: predictions of the rod, for people and for programs."""
+"""The command `rodmodel`: predictions of the compiled rod, for people and for programs."""
 
 import os
 import sys
 from collections.abc import Sequence
 
-import jax
-
-from rodmodel._arguments import InputError, Parser
-from rodmodel.cli import _inverse, _layouts, _predict, _workspace
+from rodmodel.cli import _export, _inverse, _layouts, _predict, _workspace
+from rodmodel.cli._arguments import InputError, Parser
 from rodmodel.cli._options import BAD_INPUT
 
 UNREAD = 141
@@ -21,7 +19,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     status : 0 good; 2 bad input, told in one line on standard error; 3 no convergence, with what was reached;
         141 as of other commands (128 and the number of SIGPIPE) where the output was not read to its end.
     """
-    jax.config.update("jax_enable_x64", True)
     try:
         options = _parser().parse_args(arguments)
         status: int = options.command(options)
@@ -41,7 +38,8 @@ def _parser() -> Parser:
     parser = Parser(
         prog="rodmodel", description="Bending of a soft pneumatic actuator, calibrated from 3D FEM."
     )
-    commands = parser.add_subparsers(required=True, metavar="layouts | predict | inverse | workspace")
-    for command in (_layouts, _predict, _inverse, _workspace):
+    names = "layouts | predict | inverse | workspace | export"
+    commands = parser.add_subparsers(required=True, metavar=names)
+    for command in (_layouts, _predict, _inverse, _workspace, _export):
         command.add_to(commands)
     return parser

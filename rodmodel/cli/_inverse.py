@@ -6,8 +6,7 @@ import math
 import sys
 from typing import Any
 
-from rodmodel._arguments import InputError, numbers
-from rodmodel._report import inverse_record, inverse_text
+from rodmodel.cli._arguments import InputError, numbers
 from rodmodel.cli._options import (
     GOOD,
     NO_CONVERGENCE,
@@ -18,6 +17,7 @@ from rodmodel.cli._options import (
     load_rod,
     loads_of,
 )
+from rodmodel.view import inverse_record, inverse_text
 
 _ANGLE, _PLANE = "one angle of 0 or more [deg]", "one finite angle [deg]"
 
@@ -43,18 +43,33 @@ def _run(options: argparse.Namespace) -> int:
     print(json.dumps(record) if options.json else inverse_text(record))
     if record["reached"]:
         return GOOD
-    if record["converged"]:
-        away = f"{record['distance_deg']:.3g} deg" if "distance_deg" in record else ""
-        away = away or f"{record['distance_mm']:.3g} mm"
-        reason = f"out of reach, the above comes nearest and stays {away} away"
-    else:
-        reason = "no convergence, the above is where the search ended"
-    print(f"rodmodel: {reason}", file=sys.stderr)
+    print(f"rodmodel: {not_reached(record)}", file=sys.stderr)
     return NO_CONVERGENCE
 
 
+def not_reached(record: dict[str, Any]) -> str:
+    """How far the search came, and what to do."""
+    if record["result"] != "successful":
+        return (
+            "no convergence: under the loads the rod has no equilibrium that it goes to: take smaller loads"
+        )
+    left = (
+        f"{record['distance_deg']:.3g} deg away"
+        if "distance_deg" in record
+        else f"{record['distance_mm']:.3g} mm away"
+    )
+    if record["nearest"]:
+        return f"out of reach: the above comes nearest and stays {left}: take a target in the workspace"
+    if record["converged"]:
+        return (
+            f"not reached: the above stays {left}, and no small change of pressures comes nearer; others "
+            "may: take a target nearer to a pose that is reached"
+        )
+    return f"no convergence: the search ended {left}: take a target nearer to a pose that is reached"
+
+
 def _target(options: argparse.Namespace) -> dict[str, Any]:
-    """Target in SI, as `Rod.inverse` takes it."""
+    """Target in SI, as `CoreRod.inverse` takes it."""
     flags = ("--bending-angle-deg", "--bending-plane-deg", "--tip-position-mm")
     came = (options.bending_angle_deg, options.bending_plane_deg, options.tip_position_mm)
     given = [flag for flag, value in zip(flags, came, strict=True) if value is not None]

@@ -3,9 +3,8 @@
 import argparse
 import json
 
-from rodmodel._load import shipped_calibrations
-from rodmodel._report import calibration_record, calibration_text
 from rodmodel.cli._options import GOOD, add_output
+from rodmodel.io import calibration_record, calibration_text, shipped_calibrations
 
 
 def add_to(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:

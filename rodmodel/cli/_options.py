@@ -5,17 +5,26 @@ import math
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rodmodel._arguments import InputError, numbers
-from rodmodel._load import CalibrationNotFoundError, load
-from rodmodel._record import CalibrationFileError
-from rodmodel._rod import Rod
+from rodmodel.cli._arguments import InputError, numbers
+from rodmodel.io import (
+    CalibrationFileError,
+    CalibrationNotFoundError,
+    Found,
+    find_among,
+    read_calibration,
+    shipped_calibrations,
+)
+
+if TYPE_CHECKING:
+    import rodmodel.core
 
 GOOD, BAD_INPUT, NO_CONVERGENCE = 0, 2, 3
 
+_LAYOUT, _PSI_DEG, _PITCH_MM = "double-helix", 0.0, 3.0
 _PITCH = "one positive length [mm]"
 _PLOT_SUFFIXES = (".pdf", ".png", ".svg")
 _PLOT_FILE = "a .pdf, .png or .svg file in a directory that can be written to"
@@ -24,9 +33,9 @@ _PLOT_FILE = "a .pdf, .png or .svg file in a directory that can be written to"
 def add_layout(parser: argparse.ArgumentParser) -> None:
     """Which rod."""
     add = parser.add_argument
-    add("--layout", default="double-helix", help="winding layout (default: %(default)s)")
-    add("--psi-deg", nargs="+", default=["0"], metavar="PSI", help="winding orientation [deg] (default: 0)")
-    add("--pitch-mm", nargs="+", default=["3"], metavar="P", help="winding pitch [mm] (default: 3)")
+    add("--layout", help=f"winding layout (default: {_LAYOUT}, or that of the calibration file)")
+    add("--psi-deg", nargs="+", metavar="PSI", help="winding orientation [deg] (default: 0, or the file's)")
+    add("--pitch-mm", nargs="+", metavar="P", help="winding pitch [mm] (default: 3, or the file's)")
     add("--calibration", metavar="FILE", help="calibration file to take in place of those that ship")
 
 
@@ -46,7 +55,7 @@ def add_output(parser: argparse.ArgumentParser, plot: str | None) -> None:
 
 
 def loads_of(options: argparse.Namespace) -> dict[str, Any]:
-    """Loads in SI, as `Rod.solve` and its kind take them."""
+    """Loads in SI, as `CoreRod.solve` and its kind take them."""
     moment = components("--tip-moment-nmm", options.tip_moment_nmm, "N mm")
     return {
         "tip_force": components("--tip-force-n", options.tip_force_n, "N"),
@@ -55,32 +64,55 @@ def loads_of(options: argparse.Namespace) -> dict[str, Any]:
     }
 
 
-def components(flag: str, came: list[str] | None, unit: str) -> np.ndarray | None:
-    """Three components in the world frame, where they are given."""
+def components(
+    flag: str, came: list[str] | None, unit: str, frame: str = "the world frame"
+) -> np.ndarray | None:
+    """Three components, where they are given."""
     if came is None:
         return None
-    return np.array(
-        numbers(flag, came, 3, f"three finite components in the world frame [{unit}]", negative=True)
-    )
+    return np.array(numbers(flag, came, 3, f"three finite components in {frame} [{unit}]", negative=True))
 
 
-def load_rod(options: argparse.Namespace) -> Rod:
-    """Rod of the layout that was asked for."""
-    (psi_deg,) = numbers("--psi-deg", options.psi_deg, 1, "one finite angle [deg]", negative=True)
-    (pitch_mm,) = numbers("--pitch-mm", options.pitch_mm, 1, _PITCH, negative=False)
-    if pitch_mm == 0.0:
-        raise InputError(f"--pitch-mm: got {options.pitch_mm[0]!r}, expected {_PITCH}")
+def find_calibration(options: argparse.Namespace) -> Found:
+    """Calibration of the layout that was asked for; what was not said is the calibration file's."""
     try:
-        return load(options.layout, math.radians(psi_deg), 1e-3 * pitch_mm, options.calibration)
-    except CalibrationNotFoundError as error:
-        flag, came = {
-            "layout": ("--layout", options.layout),
-            "psi": ("--psi-deg", options.psi_deg[0]),
-            "pitch": ("--pitch-mm", options.pitch_mm[0]),
-        }[error.argument]
-        raise InputError(f"{flag}: got {came!r}, expected {error.expected}") from error
+        known = (
+            shipped_calibrations() if options.calibration is None else [read_calibration(options.calibration)]
+        )
     except CalibrationFileError as error:
         raise InputError(f"--calibration: {error}") from error
+    layout, psi, pitch = _LAYOUT, math.radians(_PSI_DEG), 1e-3 * _PITCH_MM
+    if options.calibration is not None:
+        own = known[0].layout
+        layout, pitch = own.name, own.pitch
+        psi = psi if own.psi is None else own.psi
+    if options.layout is not None:
+        layout = options.layout
+    if options.psi_deg is not None:
+        (psi_deg,) = numbers("--psi-deg", options.psi_deg, 1, "one finite angle [deg]", negative=True)
+        psi = math.radians(psi_deg)
+    if options.pitch_mm is not None:
+        (pitch_mm,) = numbers("--pitch-mm", options.pitch_mm, 1, _PITCH, negative=False)
+        if pitch_mm == 0.0:
+            raise InputError(f"--pitch-mm: got {options.pitch_mm[0]!r}, expected {_PITCH}")
+        pitch = 1e-3 * pitch_mm
+    try:
+        return find_among(known, layout, psi, pitch)
+    except CalibrationNotFoundError as error:
+        flag, came = {
+            "layout": ("--layout", layout),
+            "psi": ("--psi-deg", options.psi_deg[0] if options.psi_deg else f"{_PSI_DEG:g}"),
+            "pitch": ("--pitch-mm", options.pitch_mm[0] if options.pitch_mm else f"{_PITCH_MM:g}"),
+        }[error.argument]
+        raise InputError(f"{flag}: got {came!r}, expected {error.expected}") from error
+
+
+def load_rod(options: argparse.Namespace) -> "rodmodel.core.CoreRod":
+    """Rod of the layout that was asked for."""
+    # Imported late: `layouts` and complaints do without it.
+    from rodmodel.core import CoreRod
+
+    return CoreRod.of(find_calibration(options))
 
 
 def check_plot_file(options: argparse.Namespace) -> None:

@@ -2,15 +2,14 @@
 
 import argparse
 import json
+import math
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rodmodel._arguments import InputError, numbers
-from rodmodel._equilibria import FixedStep
-from rodmodel._report import prediction_record, prediction_text
-from rodmodel._rod import Rod
+from rodmodel.cli._arguments import InputError, numbers
 from rodmodel.cli._options import (
     GOOD,
     NO_CONVERGENCE,
@@ -18,41 +17,72 @@ from rodmodel.cli._options import (
     add_loads,
     add_output,
     check_plot_file,
+    components,
     load_rod,
     loads_of,
     plot,
 )
+from rodmodel.view import prediction_record, prediction_text
 
-# Compiles in a third of the reference solver's time. Of random loads over the domain 99.9 % agree with it to
-# 2e-6 of the length, the worst, where the section has hardly any stiffness, to 4e-4.
-_SOLVER = FixedStep(32)
+if TYPE_CHECKING:
+    import rodmodel.core
+
 _PRESSURES = "three gauge pressures, one for each chamber, each 0 or more [kPa]"
 
 
 def add_to(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     """Add the command."""
-    parser = commands.add_parser(
-        "predict", help="predict pose and chamber volumes under pressures and dead loads"
-    )
+    parser = commands.add_parser("predict", help="predict pose and chamber volumes under pressures and loads")
     add_layout(parser)
-    parser.add_argument("--pressure-kpa", nargs="+", default=[], metavar="P", help=f"P1 P2 P3: {_PRESSURES}")
+    add = parser.add_argument
+    add("--pressure-kpa", nargs="+", default=[], metavar="P", help=f"P1 P2 P3: {_PRESSURES}")
     add_loads(parser)
+    add(
+        "--distributed-force-n-per-m",
+        nargs="+",
+        metavar="F",
+        help="FX FY FZ: along the body, world frame [N/m]",
+    )
+    add(
+        "--follower-force-n",
+        nargs="+",
+        metavar="F",
+        help="FX FY FZ: on the cap's outer face, turning with the cap, in whose frame it is [N]",
+    )
+    add(
+        "--follower-moment-nmm",
+        nargs="+",
+        metavar="M",
+        help="MX MY MZ: on the cap, turning with it, in whose frame it is [N mm]",
+    )
+    add(
+        "--base-position-mm",
+        nargs="+",
+        metavar="X",
+        help="X Y Z: of the clamp, world frame [mm] (default: 0 0 0)",
+    )
+    add(
+        "--base-rotation-deg",
+        nargs="+",
+        metavar="R",
+        help="RX RY RZ: of the clamp, world frame: a turn about the axis of this vector by its length [deg]",
+    )
     add_output(parser, plot="the bent rod")
     parser.set_defaults(command=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
     pressure_kpa = numbers("--pressure-kpa", options.pressure_kpa, 3, _PRESSURES, negative=False)
-    loads = loads_of(options)
+    given = {**loads_of(options), **_more_of(options)}
     check_plot_file(options)
     rod = load_rod(options)
     pressure = 1e3 * np.array(pressure_kpa)
     _check_domain(rod, pressure, options.pressure_kpa)
-    solution = rod.solve(pressure, **loads, throw=False, solver=_SOLVER)
+    solution = rod.solve(pressure, **given, throw=False)
 
     def draw(file: Path) -> None:
-        # Imported late: matplotlib takes as long to import as a prediction takes.
-        from rodmodel.plot import plot_rod
+        # Imported late: matplotlib takes far longer to import than a prediction takes.
+        from rodmodel.view import plot_rod
 
         plot_rod([(pressure, solution)], rod.actuator, file)
 
@@ -60,16 +90,49 @@ def _run(options: argparse.Namespace) -> int:
     record = prediction_record(solution)
     print(json.dumps(record) if options.json else prediction_text(record))
     if not record["converged"]:
-        reached = 100.0 * float(solution.stats["load_fraction"])
-        print(
-            f"rodmodel: no convergence, the above is the equilibrium at {reached:.3g} % of the loads",
-            file=sys.stderr,
-        )
+        print(f"rodmodel: no convergence: {stopped(record)}", file=sys.stderr)
         return NO_CONVERGENCE
     return GOOD
 
 
-def _check_domain(rod: Rod, pressure: np.ndarray, came: list[str]) -> None:
+def _more_of(options: argparse.Namespace) -> dict[str, Any]:
+    """Loads and base in SI that only a prediction takes."""
+    cap, world = "the frame of the cap", "the world frame"
+    moment = components("--follower-moment-nmm", options.follower_moment_nmm, "N mm", cap)
+    position = components("--base-position-mm", options.base_position_mm, "mm", world)
+    turn_deg = components("--base-rotation-deg", options.base_rotation_deg, "deg", world)
+    return {
+        "distributed_force": components(
+            "--distributed-force-n-per-m", options.distributed_force_n_per_m, "N/m"
+        ),
+        "follower_force": components("--follower-force-n", options.follower_force_n, "N", cap),
+        "follower_moment": None if moment is None else 1e-3 * moment,
+        "base_position": None if position is None else 1e-3 * position,
+        "base_rotation": None if turn_deg is None else _rotation(np.radians(turn_deg)),
+    }
+
+
+def _rotation(turn: np.ndarray) -> np.ndarray:
+    """Rotation matrix of a rotation vector [rad], exp of its cross product (Rodrigues)."""
+    angle = float(np.linalg.norm(turn))
+    if angle == 0.0:
+        return np.eye(3)
+    x, y, z = turn / angle
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * cross @ cross
+
+
+def stopped(record: dict[str, Any]) -> str:
+    """Where a solve ended short of its loads, why, and what to do."""
+    from rodmodel.core import Result
+
+    fraction = record["load_fraction"]
+    reached = "at no part of the loads" if fraction is None else f"at {100.0 * fraction:.3g} % of the loads"
+    beyond = "" if record["in_domain"] else " and beyond the calibration"
+    return f"the above is the equilibrium {reached}{beyond}: {Result[record['result']].message}"
+
+
+def _check_domain(rod: "rodmodel.core.CoreRod", pressure: np.ndarray, came: list[str]) -> None:
     domain = rod.domain
     if not domain.covers_pressure(pressure):
         first, second, third = (1e-3 * maximum for maximum in domain.pressure_max)

@@ -2,14 +2,13 @@
 
 import argparse
 import json
+import re
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from rodmodel._arguments import InputError
-from rodmodel._report import workspace_record, workspace_text
-from rodmodel._workspace import workspace
+from rodmodel.cli._arguments import InputError
 from rodmodel.cli._options import (
     GOOD,
     NO_CONVERGENCE,
@@ -21,6 +20,7 @@ from rodmodel.cli._options import (
     loads_of,
     plot,
 )
+from rodmodel.view import workspace_record, workspace_text
 
 _SAMPLES = "a whole number from 100 to 1000000"
 
@@ -40,17 +40,17 @@ def add_to(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> N
 
 
 def _run(options: argparse.Namespace) -> int:
-    try:
-        samples = int(options.samples)
-    except ValueError:
-        samples = 0
+    # Python reads 1_000 and the digits of other scripts as whole numbers too.
+    samples = int(options.samples) if re.fullmatch(r"[0-9]{1,7}", options.samples) else 0
     if not 100 <= samples <= 1_000_000:
         raise InputError(f"--samples: got {options.samples!r}, expected {_SAMPLES}")
     loads = loads_of(options)
     check_plot_file(options)
     rod = load_rod(options)
+    from rodmodel.control import workspace
+
     with _progress() as advance:
-        space = workspace(lambda p: rod.solve(p, **loads, throw=False), rod.domain, samples, advance)
+        space = workspace(rod, samples, loads, advance)
     record = workspace_record(space)
     failed = int((~space.converged).sum())
     if failed == len(space.converged):
@@ -61,7 +61,7 @@ def _run(options: argparse.Namespace) -> int:
 
     def draw(file: Path) -> None:
         # Imported late: matplotlib takes as long to import as the samples take.
-        from rodmodel._workspace_plot import plot_workspace
+        from rodmodel.view import plot_workspace
 
         plot_workspace(space, rod.actuator, file)
 

@@ -1,30 +1,10 @@
 """What every section law offers: a potential of curvature and pressure, and its derivatives."""
 
 import abc
-import itertools
-from typing import NamedTuple
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
-
-from rodmodel._components import Scalar, Symmetric, Triple, triple
-
-_AXES = range(3)
-PAIRS, TRIPLES, QUADRUPLES = (tuple(itertools.combinations_with_replacement(_AXES, n)) for n in (2, 3, 4))
-
-
-class Expansion(NamedTuple):
-    """First three derivatives of a potential by the curvature, in scalars, for the solvers."""
-
-    moment: Triple
-    """∂Π/∂u [N m]."""
-    stiffness: Symmetric
-    """∂²Π/∂u² [N m²], entries 11, 12, 13, 22, 23, 33."""
-    third: tuple[Scalar, ...] | None
-    """∂³Π/∂u³ [N m³], the ten entries of non-decreasing indices; None where it is zero."""
 
 
 class CurvatureLaw(eqx.Module):
@@ -50,34 +30,6 @@ class CurvatureLaw(eqx.Module):
     def stiffness(self, curvature: Float[Array, "3"]) -> Float[Array, "3 3"]:
         """Tangent stiffness ∂²Π/∂u² [N m²], body frame, symmetric."""
 
-    def expand(self, curvature: Triple) -> Expansion:
-        """Moment, stiffness and its slope at a curvature [1/m], in scalars."""
-        u = jnp.stack(curvature)
-        stiffness = self.stiffness(u)
-        slope = jax.jacfwd(self.stiffness)(u)
-        a, b, c, d, e, f = (stiffness[pair] for pair in PAIRS)
-        return Expansion(triple(self.moment(u)), (a, b, c, d, e, f), tuple(slope[t] for t in TRIPLES))
-
-    def linearise(self, curvature: Triple) -> tuple[Triple, Symmetric]:
-        """Moment and stiffness alone, as `expand` gives them."""
-        return self.expand(curvature)[:2]
-
-    def slopes_by(self, curvature: Triple, change: "CurvatureLaw") -> Float[Array, "9"]:
-        """Change of the moment and of the stiffness' entries at a curvature, as the law's leaves change."""
-
-        def section(law: CurvatureLaw) -> Float[Array, "9"]:
-            moment, stiffness = law.linearise(curvature)
-            return jnp.stack([*moment, *stiffness])
-
-        return jnp.asarray(jax.jvp(section, (self,), (change,))[1])
-
-    def seen_in(self, axes: np.ndarray) -> "CurvatureLaw":
-        """Law of curvatures u whose components in this law's axes are Q u, Q orthogonal: Π(Q u)."""
-        # Imported here: a law in other axes is a law.
-        from rodmodel.section._turned import CurvatureLawInAxes
-
-        return CurvatureLawInAxes(self, axes)
-
 
 class SectionLaw(eqx.Module):
     """Potential Π(u, p) per length of a uniform section, of which moment and chamber volume are the slopes.
@@ -100,6 +52,11 @@ class SectionLaw(eqx.Module):
         pressure : gauge pressure of each chamber [Pa].
         """
 
+    def contracted(self, pressure: Float[Array, "3"]) -> CurvatureLaw:
+        """The law at a pressure, its free curvature not looked for: all but that is as `at` gives it."""
+        return self.at(pressure)
+
+    @eqx.filter_jit
     def potential(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, ""]:
         """Potential Π per length [J/m].
 
@@ -108,8 +65,9 @@ class SectionLaw(eqx.Module):
         curvature : [1/m], body frame.
         pressure : gauge pressure of each chamber [Pa].
         """
-        return self.at(pressure).energy(curvature)
+        return self.contracted(pressure).energy(curvature)
 
+    @eqx.filter_jit
     def moment(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, "3"]:
         """Internal moment ∂Π/∂u.
 
@@ -122,8 +80,9 @@ class SectionLaw(eqx.Module):
         -------
         moment : [N m], body frame; pressure on the section included.
         """
-        return self.at(pressure).moment(curvature)
+        return self.contracted(pressure).moment(curvature)
 
+    @eqx.filter_jit
     def stiffness(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, "3 3"]:
         """Tangent stiffness ∂²Π/∂u² at constant pressure.
 
@@ -136,8 +95,9 @@ class SectionLaw(eqx.Module):
         -------
         stiffness : [N m²], body frame, symmetric.
         """
-        return self.at(pressure).stiffness(curvature)
+        return self.contracted(pressure).stiffness(curvature)
 
+    @eqx.filter_jit
     def volume(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, "3"]:
         """Chamber volumes per length, −∂Π/∂p.
 
@@ -152,6 +112,7 @@ class SectionLaw(eqx.Module):
         """
         return -jax.jacfwd(self.potential, argnums=1)(curvature, pressure)
 
+    @eqx.filter_jit
     def free_curvature(self, pressure: Float[Array, "3"]) -> Float[Array, "3"]:
         """Curvature û(p) at which the moment vanishes.
 

@@ -3,12 +3,11 @@
 import math
 from typing import final
 
-import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from rodmodel._components import Triple, apply, combine, triple
-from rodmodel.section._law import PAIRS, CurvatureLaw, Expansion, SectionLaw
+from rodmodel.actuator import Number
+from rodmodel.section._law import CurvatureLaw, SectionLaw
 
 
 @final
@@ -26,14 +25,14 @@ class LinearLaw(SectionLaw):
 
     section_stiffness: Float[Array, "3 3"]
     curvature_by_pressure: Float[Array, "3 3"]
-    rest_volume: float = eqx.field(static=True, default=0.0)
+    rest_volume: Number = 0.0
 
     def __check_init__(self) -> None:
         """Refuse arrays of other shapes, and a volume that is not finite."""
         for name in ("section_stiffness", "curvature_by_pressure"):
             if jnp.shape(getattr(self, name)) != (3, 3):
                 raise ValueError(f"{name}: got shape {jnp.shape(getattr(self, name))}, expected (3, 3)")
-        if not math.isfinite(self.rest_volume):
+        if isinstance(self.rest_volume, float | int) and not math.isfinite(self.rest_volume):
             raise ValueError(f"rest_volume: got {self.rest_volume}, expected a finite number [m²]")
 
     def at(self, pressure: Float[Array, "3"]) -> "LinearCurvatureLaw":
@@ -66,9 +65,3 @@ class LinearCurvatureLaw(CurvatureLaw):
         """Tangent stiffness ∂²Π/∂u² [N m²]."""
         del curvature
         return self.section_stiffness
-
-    def expand(self, curvature: Triple) -> Expansion:
-        """Moment and stiffness at a curvature [1/m], in scalars; the stiffness has no slope."""
-        w = combine((1.0, curvature), (-1.0, triple(self.free_curvature)))
-        a, b, c, d, e, f = (self.section_stiffness[pair] for pair in PAIRS)
-        return Expansion(apply((a, b, c, d, e, f), w), (a, b, c, d, e, f), None)

@@ -1,16 +1,16 @@
 """The section law that calibrations ship: ridge functions of the curvature that move with the pressures."""
 
 import math
-from typing import Any, final
+from typing import final
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from rodmodel._kernel import as_data
+from rodmodel.actuator import Number
 from rodmodel.section._law import SectionLaw
-from rodmodel.section._ridges import RidgeLaw, powers, ridge, ridge_slope, turned_rows, weighted_sum
+from rodmodel.section._ridges import RidgeLaw, ridge, ridge_slope
 from rodmodel.section._turned import INTO_TURNED, MIRROR, SWAPPED
 
 _THIRDS = [(INTO_TURNED[turns], np.roll(np.arange(3), -turns)) for turns in range(3)]
@@ -60,10 +60,10 @@ class RidgeNetwork(SectionLaw):
     factor: Float[Array, " _"]
     slopes: Float[Array, " _"]
     guess: Float[Array, "_ _"]
-    pressure_scale: float = eqx.field(static=True)
-    curvature_scale: float = eqx.field(static=True)
-    energy_scale: float = eqx.field(static=True)
-    rest_volume: float = eqx.field(static=True)
+    pressure_scale: Number
+    curvature_scale: Number
+    energy_scale: Number
+    rest_volume: Number
     symmetry: str = eqx.field(static=True, default="none")
 
     def __check_init__(self) -> None:
@@ -93,7 +93,7 @@ class RidgeNetwork(SectionLaw):
             )
         for name in ("pressure_scale", "curvature_scale", "energy_scale", "rest_volume"):
             value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
+            if isinstance(value, float | int) and not (math.isfinite(value) and value > 0):
                 raise ValueError(f"{name}: got {value}, expected a positive number")
 
     @property
@@ -107,88 +107,32 @@ class RidgeNetwork(SectionLaw):
 
     def contracted(self, pressure: Float[Array, "3"]) -> RidgeLaw:
         """The law at one pressure, its free curvature the guess still."""
-        share = 1.0 / len(self.images)
-        still, rest = as_data(_at_rest, self)
-        mixing, slopes, guess = (still.pop(name) for name in ("mixing", "slopes", "guess"))
-        into, biases, bare = (still.pop(name) for name in ("feature_weights", "feature_biases", "bare"))
-        offsets, value, free = [], still.pop("constant"), jnp.zeros(3, self.offsets.dtype)
-        for image, (turn, order) in enumerate(self.images):
-            inputs = _features(pressure[order] / self.pressure_scale, into, biases[image])
-            change = inputs - rest[image]
-            offsets.append(weighted_sum(inputs, mixing) + bare)
-            value = value + share * weighted_sum(change, slopes)[0]
-            free = free + self.curvature_scale * share * weighted_sum(change, guess) @ turn
-        value = value - self.rest_volume / self.energy_scale * jnp.sum(pressure)
+        turns = jnp.asarray(np.stack([turn for turn, _ in self.images]), self.offsets.dtype)
+        orders = np.stack([order for _, order in self.images])
+        share = 1.0 / len(orders)
+        scaled = pressure[orders] / self.pressure_scale
+        inputs, rest = self.features(scaled), self.features(jnp.zeros_like(scaled))
+        change = inputs - rest
+        mixed, at_rest = inputs @ self.mixing.T + self.offsets, rest @ self.mixing.T + self.offsets
+        # Of each image, in the axes of the section: (images, ridges, 3).
+        directions = jnp.einsum("jk,ikl->ijl", self.directions, turns)
+        lower = jnp.zeros((3, 3), self.factor.dtype).at[np.tril_indices(3)].set(self.factor)
+        turned = jnp.swapaxes(turns, 1, 2) @ lower
+        free = jnp.einsum("kn,in,ikl->l", self.guess, change, turns)
+        value = jnp.sum(change @ self.slopes) - jnp.sum(ridge(at_rest) @ self.weights)
         return RidgeLaw(
-            **still,
-            offsets=jnp.concatenate(offsets),
-            constant=value,
-            free_curvature=free,
+            free_curvature=self.curvature_scale * share * free,
+            constant=share * value - self.rest_volume / self.energy_scale * jnp.sum(pressure),
+            slope=-share * jnp.einsum("j,ij,ijl->l", self.weights, ridge_slope(at_rest), directions),
+            quadratic=share * jnp.einsum("ikm,ilm->kl", turned, turned),
+            directions=directions.reshape(-1, 3),
+            offsets=mixed.ravel(),
+            weights=jnp.tile(share * self.weights, len(orders)),
             energy_scale=self.energy_scale,
             curvature_scale=self.curvature_scale,
         )
 
-    def potential(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, ""]:
-        """See `SectionLaw.potential`; does not seek the free curvature."""
-        return self.contracted(pressure).energy(curvature)
-
-    def moment(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, "3"]:
-        """See `SectionLaw.moment`; does not seek the free curvature."""
-        return self.contracted(pressure).moment(curvature)
-
-    def stiffness(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, "3 3"]:
-        """See `SectionLaw.stiffness`; does not seek the free curvature."""
-        return self.contracted(pressure).stiffness(curvature)
-
-    def features(self, inputs: Float[Array, "3"], image: int = 0) -> Float[Array, " inputs"]:
-        """h(q) of scaled pressures, those of an image."""
-        biases = self.feature_biases if self.feature_biases.ndim == 1 else self.feature_biases[image]
-        return _features(inputs, self.feature_weights.T, biases)
-
-
-def _features(
-    inputs: Float[Array, "3"], weights: Float[Array, "3 features"], biases: Float[Array, " features"]
-) -> Float[Array, " inputs"]:
-    """h(q) of scaled pressures."""
-    return jnp.concatenate([inputs, jnp.tanh(weighted_sum(inputs, weights) + biases)])
-
-
-def _at_rest(law: RidgeNetwork) -> tuple[dict[str, Any], Any]:
-    """What does not move with the pressures: leaves of the contracted law, factors of h, and its h(0).
-
-    Image by image: products of a matrix and a vector can be in a kernel, those of two matrices cannot.
-    """
-    xp: Any = np if isinstance(law.offsets, np.ndarray) else jnp
-    turns = np.array([turn for turn, _ in law.images], law.offsets.dtype)
-    share = 1.0 / len(turns)
-    biases = xp.broadcast_to(law.feature_biases, (len(turns), law.feature_biases.shape[-1]))
-    hidden = xp.tanh(biases)
-    rest = xp.concatenate([xp.zeros((len(turns), 3), law.offsets.dtype), hidden], axis=1)
-    a, b, c, d, e, f = law.factor
-    lower = xp.stack([xp.stack(row) for row in ((a, 0.0 * a, 0.0 * a), (b, c, 0.0 * a), (d, e, f))])
-    constant, slope, quadratic, directions = 0.0, 0.0, 0.0, []
-    for turn, inputs in zip(turns, rest, strict=True):
-        offsets = law.mixing @ inputs + law.offsets
-        constant = constant - share * (law.weights @ ridge(offsets))
-        slope = slope - share * (((law.weights * ridge_slope(offsets)) @ law.directions) @ turn)
-        turned = turn.T @ lower
-        quadratic = quadratic + share * (turned @ turned.T)
-        directions.append(turned_rows(law.directions, turn))
-    directions = xp.concatenate(directions)
-    pairs, triples = powers(directions)
-    leaves = {
-        "constant": constant,
-        "slope": slope,
-        "quadratic": quadratic,
-        "directions": directions,
-        "pairs": pairs,
-        "triples": triples,
-        "weights": xp.tile(share * law.weights, len(turns)),
-        "feature_weights": law.feature_weights.T,
-        "feature_biases": biases,
-        "bare": law.offsets,
-        "mixing": law.mixing.T,
-        "slopes": law.slopes[:, None],
-        "guess": law.guess.T,
-    }
-    return leaves, rest
+    def features(self, inputs: Float[Array, "images 3"]) -> Float[Array, "images inputs"]:
+        """Inputs h(q) of the network, of the scaled pressures q of each image."""
+        hidden = jnp.tanh(inputs @ self.feature_weights.T + self.feature_biases)
+        return jnp.concatenate([inputs, hidden], axis=1)

@@ -47,7 +47,13 @@ class TurnedLaw(SectionLaw):
 
     def at(self, pressure: Float[Array, "3"]) -> CurvatureLaw:
         """Contract the law to a function of the curvature."""
-        return self.law.at(jnp.roll(pressure, -self.turns)).seen_in(INTO_TURNED[self.turns])
+        return CurvatureLawInAxes(self.law.at(jnp.roll(pressure, -self.turns)), INTO_TURNED[self.turns])
+
+    def contracted(self, pressure: Float[Array, "3"]) -> CurvatureLaw:
+        """See `SectionLaw.contracted`."""
+        return CurvatureLawInAxes(
+            self.law.contracted(jnp.roll(pressure, -self.turns)), INTO_TURNED[self.turns]
+        )
 
 
 @final
@@ -67,7 +73,11 @@ class MirroredLaw(SectionLaw):
 
     def at(self, pressure: Float[Array, "3"]) -> CurvatureLaw:
         """Contract the law to a function of the curvature."""
-        return self.law.at(pressure[SWAPPED]).seen_in(MIRROR)
+        return CurvatureLawInAxes(self.law.at(pressure[SWAPPED]), MIRROR)
+
+    def contracted(self, pressure: Float[Array, "3"]) -> CurvatureLaw:
+        """See `SectionLaw.contracted`."""
+        return CurvatureLawInAxes(self.law.contracted(pressure[SWAPPED]), MIRROR)
 
 
 @final
@@ -84,20 +94,14 @@ class CurvatureLawInAxes(CurvatureLaw):
         self.axes = jnp.asarray(axes, law.free_curvature.dtype)
         self.free_curvature = self.axes.T @ law.free_curvature
 
-    # Products in sums: in one kernel XLA takes no matrix product of what is not constant.
-
     def energy(self, curvature: Float[Array, "3"]) -> Float[Array, ""]:
         """Potential Π [J/m]."""
-        return self.law.energy(self._in_axes(curvature))
+        return self.law.energy(self.axes @ curvature)
 
     def moment(self, curvature: Float[Array, "3"]) -> Float[Array, "3"]:
         """Moment ∂Π/∂u [N m]."""
-        return jnp.sum(self.axes * self.law.moment(self._in_axes(curvature))[:, None], axis=0)
+        return self.axes.T @ self.law.moment(self.axes @ curvature)
 
     def stiffness(self, curvature: Float[Array, "3"]) -> Float[Array, "3 3"]:
         """Tangent stiffness ∂²Π/∂u² [N m²]."""
-        half = jnp.sum(self.law.stiffness(self._in_axes(curvature))[:, :, None] * self.axes[None], axis=1)
-        return jnp.sum(self.axes[:, :, None] * half[:, None, :], axis=0)
-
-    def _in_axes(self, curvature: Float[Array, "3"]) -> Float[Array, "3"]:
-        return jnp.sum(self.axes * curvature, axis=1)
+        return self.axes.T @ self.law.stiffness(self.axes @ curvature) @ self.axes

@@ -1,4 +1,7 @@
-"""Who may import whom: the rod and the FEM stand apart, and calibration sees only what both publish."""
+"""Who may import whom: the rod and the FEM stand apart, and calibration sees only what both publish.
+
+Rooms of the rod see what others have at their doors, and those of the compiled rod see no JAX.
+"""
 
 import ast
 import json
@@ -6,12 +9,14 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator
+from graphlib import TopologicalSorter
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 
 ROOT = Path(__file__).parents[2]
+RODMODEL = ROOT / "rodmodel"
 PACKAGES = ("rodmodel", "fem_reference", "calibration")
 
 
@@ -127,6 +132,147 @@ def test_a_forbidden_import_is_found(importer: str, source: str) -> None:
 )
 def test_an_allowed_import_is_not_reported(importer: str, source: str) -> None:
     assert violations(importer, source, {"rodmodel": {"load"}, "fem_reference": {"PeriodCell"}}) == []
+
+
+# Rooms of rodmodel that work without JAX: it may be imported in their functions, when a caller asks for it.
+WITHOUT_JAX = {"actuator", "cli", "control", "core", "io", "view"}
+WITH_JAX = {"jax", "equinox", "diffrax", "optimistix"}
+
+
+class RoomUse(NamedTuple):
+    """One import within rodmodel, or of a package of JAX."""
+
+    line: int
+    module: str
+    late: bool  # in a function, or for type checkers alone
+
+
+def room_uses(source: str) -> Iterator[RoomUse]:
+    """Yield what a source text imports, and whether the import waits for a call."""
+    tree = ast.parse(source)
+    late = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
+            late |= {id(inner) for inner in ast.walk(node)}
+        elif isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            late |= {id(inner) for branch in node.body for inner in ast.walk(branch)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield RoomUse(node.lineno, alias.name, id(node) in late)
+        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module is not None:
+            for alias in node.names:
+                yield RoomUse(node.lineno, f"{node.module}.{alias.name}", id(node) in late)
+
+
+def room_violations(room: str, source: str, doors: dict[str, set[str]]) -> list[str]:
+    """Return what `source`, a file of a room of rodmodel, may not import, one sentence each.
+
+    `doors` holds the names that each room exports. A room is a package, or a module beside the packages. In a
+    function, what is public behind a door may be imported too: a door need not load all that is rarely used.
+    """
+    found = []
+    for use in room_uses(source):
+        package, *rest = use.module.split(".")
+        if package in WITH_JAX and room in WITHOUT_JAX and not use.late:
+            found.append(f"line {use.line}: {room} imports {package}, but not in a function")
+        if package != "rodmodel" or not rest or rest[0] == room:
+            continue
+        other, *names = rest
+        if other not in doors:
+            found.append(f"line {use.line}: {room} imports {use.module}, which is no room")
+        elif names and names[0] not in doors[other] and not (use.late and is_public(names)):
+            found.append(f"line {use.line}: {room} imports {use.module}, which is not at the door")
+        elif room in WITHOUT_JAX and other not in WITHOUT_JAX and not use.late:
+            found.append(f"line {use.line}: {room} imports {other}, which needs JAX, but not in a function")
+    return found
+
+
+def is_public(names: list[str]) -> bool:
+    return not any(name.startswith("_") for name in names)
+
+
+def door(file: Path) -> set[str]:
+    """Return the names that a room exports: what its door imports or defines under a public name."""
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.ImportFrom | ast.Import):
+            names |= {alias.asname for alias in node.names if alias.asname is not None}
+        elif isinstance(node, ast.FunctionDef | ast.ClassDef):
+            names.add(node.name)
+        elif isinstance(node, ast.Assign | ast.AnnAssign):
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            names |= {target.id for target in targets if isinstance(target, ast.Name)}
+    return {name for name in names if not name.startswith("_")}
+
+
+def rooms() -> dict[str, list[Path]]:
+    """Return the files of each room of rodmodel, its door first."""
+    found = {file.parent.name: [file, *file.parent.rglob("*.py")] for file in RODMODEL.glob("*/__init__.py")}
+    found |= {file.stem: [file] for file in RODMODEL.glob("*.py") if file.stem != "__init__"}
+    return found
+
+
+@pytest.mark.parametrize("room", sorted(rooms()))
+def test_rooms_import_each_other_by_their_doors(room: str) -> None:
+    doors = {name: door(files[0]) for name, files in rooms().items() if not name.startswith("_")}
+    found = {
+        str(file.relative_to(ROOT)): wrong
+        for file in rooms()[room]
+        if (wrong := room_violations(room, file.read_text(), doors))
+    }
+    assert not found
+
+
+def test_rooms_import_each_other_in_no_circle() -> None:
+    before = {
+        room: {
+            use.module.split(".")[1]
+            for file in files
+            for use in room_uses(file.read_text())
+            if use.module.startswith("rodmodel.") and not use.late
+        }
+        - {room}
+        for room, files in rooms().items()
+    }
+    order = list(TopologicalSorter(before).static_order())
+    assert set(order) >= set(rooms())
+
+
+@pytest.mark.parametrize(
+    ("room", "source"),
+    [
+        ("io", "import jax"),
+        ("core", "from jax import numpy"),
+        ("view", "from rodmodel.section import SectionLaw"),
+        ("cli", "from rodmodel.view.rod_plot import plot_rod"),
+        ("cli", "def late():\n    from rodmodel.view._colours import CHAMBERS"),
+        ("control", "from rodmodel.core import _native"),
+        ("control", "from rodmodel.core import spin"),
+        ("statics", "from rodmodel import Rod"),
+        ("statics", "def late():\n    from rodmodel._rod import Rod"),
+    ],
+)
+def test_an_import_past_a_door_is_found(room: str, source: str) -> None:
+    doors = {"core": {"CoreRod"}, "section": {"SectionLaw"}, "view": {"plot_rod"}}
+    assert len(room_violations(room, source, doors)) == 1
+
+
+@pytest.mark.parametrize(
+    ("room", "source"),
+    [
+        ("io", "def late():\n    import jax"),
+        (
+            "io",
+            "if TYPE_CHECKING:\n    from rodmodel.section import SectionLaw",
+        ),
+        ("cli", "def late():\n    from rodmodel.core.export import export"),
+        ("io", "import numpy\nfrom rodmodel.io._record import Record"),
+        ("section", "import jax\nfrom rodmodel.core import CoreRod"),
+    ],
+)
+def test_an_import_by_a_door_is_not_reported(room: str, source: str) -> None:
+    assert room_violations(room, source, {"core": {"CoreRod"}, "section": {"SectionLaw"}}) == []
 
 
 def test_importing_rodmodel_loads_no_heavy_package_and_leaves_jax_single_precision() -> None:

@@ -6,6 +6,9 @@ import re
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
+# Python reads 1_0 and the digits of other scripts as numbers too; typed by mistake, they are told.
+_NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
+
 
 class InputError(Exception):
     """Bad input; the message names the argument, what came and what is expected, in one line."""
@@ -29,10 +32,7 @@ class Parser(argparse.ArgumentParser):
 def numbers(flag: str, came: Sequence[str], count: int, expected: str, *, negative: bool) -> list[float]:
     """Values of an option: `count` finite numbers, negative ones only where they may be."""
     text = " ".join(came)
-    try:
-        values = [float(value) for value in came]
-    except ValueError:
-        values = []
+    values = [float(value) for value in came if _NUMBER.fullmatch(value)]
     good = all(math.isfinite(value) and (negative or value >= 0.0) for value in values)
     if len(values) != count or not good:
         raise InputError(f"{flag}: got {text!r}, expected {expected}")

@@ -2,8 +2,10 @@
 
 import json
 import math
+import re
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +13,11 @@ import numpy as np
 import pytest
 
 import rodmodel
-from rodmodel import _load
 from rodmodel.cli import main
-from tests.unit.rodmodel import synthetic
+from rodmodel.cli._inverse import not_reached
+from rodmodel.cli._predict import stopped
+from rodmodel.core import Result
+from tests.unit.rodmodel import calibrations
 
 GOOD, BAD_INPUT, NO_CONVERGENCE = 0, 2, 3
 
@@ -21,8 +25,13 @@ GOOD, BAD_INPUT, NO_CONVERGENCE = 0, 2, 3
 @pytest.fixture(scope="module")
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("calibration") / "calibration.json"
-    rodmodel.save_calibration(synthetic.calibration(), path)
+    rodmodel.save_calibration(calibrations.calibration(), path)
     return path
+
+
+@pytest.fixture(scope="module")
+def rod(file: Path) -> rodmodel.CoreRod:
+    return rodmodel.load_core("double-helix", path=file)
 
 
 @pytest.fixture
@@ -37,7 +46,7 @@ def predict(file: Path, capsys: pytest.CaptureFixture[str]) -> Any:
     return run
 
 
-def test_json_is_one_object_of_the_agreed_keys_and_nothing_else(predict: Any) -> None:
+def test_json_is_one_object_of_the_agreed_keys_and_nothing_else(predict: Any, rod: rodmodel.CoreRod) -> None:
     status, out, err = predict("--pressure-kpa", "30", "5", "0", "--json")
     assert (status, err) == (GOOD, "")
     assert out.count("\n") == 1
@@ -52,29 +61,51 @@ def test_json_is_one_object_of_the_agreed_keys_and_nothing_else(predict: Any) ->
         "error_estimate",
         "branch",
         "stable",
+        "result",
+        "load_fraction",
     ]
-    solution = synthetic.rod(synthetic.bending_law()).solve([30e3, 5e3, 0.0])
+    solution = rod.solve([30e3, 5e3, 0.0])
     assert math.isclose(record["bending_angle_deg"], math.degrees(solution.bending_angle), rel_tol=1e-12)
     assert math.isclose(record["bending_plane_deg"], math.degrees(solution.bending_plane), rel_tol=1e-12)
     np.testing.assert_allclose(record["tip_position_mm"], 1e3 * solution.tip_position, rtol=1e-12)
     np.testing.assert_allclose(record["chamber_volume_mm3"], 1e9 * solution.chamber_volume, rtol=1e-12)
     assert (record["converged"], record["in_domain"]) == (True, True)
     assert (record["branch"], record["stable"]) == ("loading", True)
+    assert (record["result"], record["load_fraction"]) == ("successful", 1.0)
     assert math.isclose(record["error_estimate"]["bending_angle_deg"], math.degrees(0.016), rel_tol=1e-12)
 
 
-def test_loads_reach_the_rod_in_their_units(predict: Any) -> None:
+def test_loads_and_base_reach_the_rod_in_their_units(predict: Any, rod: rodmodel.CoreRod) -> None:
     status, out, _ = predict(
         *("--pressure-kpa", "30", "5", "0", "--json"),
         *("--tip-force-n", "0", "-1e-3", ".002", "--tip-moment-nmm", "0.1", "0", "-0.2"),
-        *("--gravity", "0", "0", "-9.81"),
+        *("--gravity", "0", "0", "-9.81", "--distributed-force-n-per-m", "0.02", "+0.01", "0"),
+        *("--follower-force-n", "0.001", "0", "-0.002", "--follower-moment-nmm", "0", "0.05", "0.1"),
+        *("--base-position-mm", "1", "2", "3", "--base-rotation-deg", "0", "90", "0"),
     )
     assert status == GOOD
-    solution = synthetic.rod(synthetic.bending_law()).solve(
-        [30e3, 5e3, 0.0], tip_force=[0, -1e-3, 2e-3], tip_moment=[1e-4, 0, -2e-4], gravity=[0, 0, -9.81]
+    solution = rod.solve(
+        [30e3, 5e3, 0.0],
+        tip_force=[0, -1e-3, 2e-3],
+        tip_moment=[1e-4, 0, -2e-4],
+        gravity=[0, 0, -9.81],
+        distributed_force=[0.02, 0.01, 0.0],
+        follower_force=[1e-3, 0.0, -2e-3],
+        follower_moment=[0.0, 5e-5, 1e-4],
+        base_position=[1e-3, 2e-3, 3e-3],
+        # A quarter turn about y: z becomes x.
+        base_rotation=[[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]],
     )
-    # The command's fixed steps are within 2e-7 of the length of 66 mm of the reference solver.
-    np.testing.assert_allclose(json.loads(out)["tip_position_mm"], 1e3 * solution.tip_position, atol=1.3e-5)
+    np.testing.assert_allclose(json.loads(out)["tip_position_mm"], 1e3 * solution.tip_position, rtol=1e-9)
+
+
+def test_a_base_is_turned_about_the_axis_of_its_vector(predict: Any) -> None:
+    """A third of a turn about (1, 1, 1) takes z to x, x to y and y to z."""
+    third = ["--base-rotation-deg", *3 * [f"{120.0 / math.sqrt(3.0)}"]]
+    _, straight, _ = predict("--pressure-kpa", "30", "5", "0", "--json")
+    _, turned, _ = predict("--pressure-kpa", "30", "5", "0", "--json", *third)
+    x, y, z = json.loads(straight)["tip_position_mm"]
+    np.testing.assert_allclose(json.loads(turned)["tip_position_mm"], [z, x, y], atol=1e-9)
 
 
 @pytest.fixture
@@ -99,7 +130,7 @@ def test_inverse_and_predict_undo_each_other(command: Any) -> None:
         status, out, err = command("inverse", *target, "--json")
         assert (status, err, out.count("\n")) == (GOOD, "", 1)
         record = json.loads(out)
-        assert list(record)[:3] == ["pressure_kpa", "reached", distance]
+        assert list(record)[:4] == ["pressure_kpa", "reached", distance, "nearest"]
         assert set(pose) < set(record)
         assert record["reached"]
         assert record["converged"]
@@ -119,8 +150,25 @@ def test_a_target_out_of_reach_has_its_status_and_the_nearest(command: Any) -> N
     assert (record["reached"], record["converged"]) == (False, True)
     assert 13.9 < record["distance_mm"] < 14.1
     assert err.count("\n") == 1
-    assert "out of reach" in err
+    assert ("out of reach: the above comes nearest" in err) == record["nearest"]
     assert "14 mm away" in err
+
+
+@pytest.mark.parametrize(
+    ("found", "said"),
+    [
+        ({"nearest": True}, "out of reach: the above comes nearest and stays 3 deg away"),
+        ({"nearest": False}, "not reached: the above stays 3 deg away"),
+        ({"nearest": False, "converged": False}, "no convergence: the search ended 3 deg away"),
+        ({"result": "unstable"}, "no convergence: under the loads the rod has no equilibrium"),
+    ],
+)
+def test_nearest_is_said_only_where_it_is_known(found: dict[str, Any], said: str) -> None:
+    record = {"result": "successful", "converged": True, "distance_deg": 3.0, **found}
+    told = not_reached(record)
+    assert told.startswith(said)
+    assert ": take " in told
+    assert ("nearest" in told) == (found.get("nearest") is True)
 
 
 @pytest.mark.parametrize(
@@ -161,11 +209,11 @@ def test_workspace_tells_how_far_the_rod_gets(command: Any, tmp_path: Path) -> N
         assert wanted in out
 
 
-@pytest.mark.parametrize("samples", ["ten", "5", "-400", "1e3"])
+@pytest.mark.parametrize("samples", ["ten", "5", "-400", "1e3", "1_000", "٤٠٠", "9" * 5000, "1000001"])
 def test_a_count_of_samples_that_is_none_is_refused(command: Any, samples: str) -> None:
     status, out, err = command("workspace", "--samples", samples)
     assert (status, out, err.count("\n")) == (BAD_INPUT, "", 1)
-    assert f"--samples: got '{samples}', expected a whole number" in err
+    assert f"--samples: got '{samples}', expected a whole number from 100 to 1000000" in err
 
 
 def test_orientation_renumbers_the_chambers(predict: Any) -> None:
@@ -175,7 +223,8 @@ def test_orientation_renumbers_the_chambers(predict: Any) -> None:
     assert status == GOOD
     one, other = json.loads(straight), json.loads(turned)
     assert math.isclose(one["bending_angle_deg"], other["bending_angle_deg"], rel_tol=1e-12)
-    assert math.isclose(one["bending_plane_deg"] + 120.0, other["bending_plane_deg"], rel_tol=1e-12)
+    turn = math.remainder(other["bending_plane_deg"] - one["bending_plane_deg"], 360.0)
+    assert math.isclose(turn, 120.0, rel_tol=1e-12)
     np.testing.assert_allclose(other["chamber_volume_mm3"], np.roll(one["chamber_volume_mm3"], 1), rtol=1e-12)
 
 
@@ -205,15 +254,71 @@ def test_a_moment_beyond_the_calibration_is_said(predict: Any) -> None:
     assert "beyond the calibration" in out
 
 
-def test_no_convergence_has_its_status_and_what_was_reached(predict: Any) -> None:
-    status, out, err = predict("--pressure-kpa", "30", "0", "0", "--tip-force-n", "300", "0", "0", "--json")
+def test_no_convergence_has_its_status_and_what_stopped_it(predict: Any) -> None:
+    """A force on the tip, straight down, buckles the rod that stands."""
+    status, out, err = predict("--pressure-kpa", "0", "0", "0", "--tip-force-n", "0", "0", "-1", "--json")
     assert status == NO_CONVERGENCE
     record = json.loads(out)
-    assert record["converged"] is False
+    assert (record["converged"], record["result"]) == (False, "unstable")
     assert all(math.isfinite(x) for x in record["tip_position_mm"])
     assert err.count("\n") == 1
-    assert "no convergence" in err
-    assert "% of the loads" in err
+    assert "no convergence: the above is the equilibrium at" in err
+    assert f"% of the loads: {Result.unstable.message}" in err
+
+
+@pytest.mark.parametrize("result", [result.name for result in Result if result.name != "successful"])
+def test_every_end_of_a_solve_has_its_reason_and_remedy(result: str) -> None:
+    record = {"result": result, "load_fraction": 0.5, "in_domain": False}
+    why, remedy = Result[result].message.rsplit("; ", 1)
+    told = stopped(record)
+    assert (
+        told
+        == f"the above is the equilibrium at 50 % of the loads and beyond the calibration: {why}; {remedy}"
+    )
+    assert "at no part of the loads" in stopped({**record, "load_fraction": None})
+    assert "beyond the calibration" not in stopped({**record, "in_domain": True})
+
+
+def test_a_straight_rod_has_no_plane(predict: Any) -> None:
+    status, out, _ = predict("--pressure-kpa", "0", "0", "0", "--json")
+    record = json.loads(out)
+    assert (status, record["bending_plane_deg"]) == (GOOD, None)
+    assert record["bending_angle_deg"] == pytest.approx(0.0, abs=1e-9)
+    _, out, _ = predict("--pressure-kpa", "0", "0", "0")
+    assert re.search(r"^bending plane +– deg$", out, re.MULTILINE)
+
+
+def test_a_calibration_file_decides_what_was_not_asked_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "own.json"
+    layout = rodmodel.Layout("six-helix", math.radians(12), 4e-3)
+    law = calibrations.ridge_arrays(symmetry="none")
+    rodmodel.save_calibration(calibrations.calibration(law, layout), path)
+    rod = rodmodel.load_core("six-helix", math.radians(12), 4e-3, path)
+    expected = rod.solve([30e3, 5e3, 0.0]).tip_position
+    given = ["predict", "--calibration", str(path), "--pressure-kpa", "30", "5", "0", "--json"]
+    full = ["--layout", "six-helix", "--psi-deg", "12", "--pitch-mm", "4"]
+    for flags in ([], full[:2], full[2:4], full[4:], full):
+        assert main([*given, *flags]) == GOOD
+        tip = json.loads(capsys.readouterr().out)["tip_position_mm"]
+        np.testing.assert_allclose(tip, 1e3 * expected, rtol=1e-12)
+    assert main([*given, "--psi-deg", "0"]) == BAD_INPUT
+    assert "--psi-deg: got '0', expected six-helix, pitch 4 mm, psi 12" in capsys.readouterr().err
+
+
+def test_a_file_of_all_orientations_is_taken_at_zero(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "all.json"
+    rodmodel.save_calibration(calibrations.oriented_calibration(), path)
+    given = ["predict", "--calibration", str(path), "--pressure-kpa", "30", "5", "0", "--json"]
+    assert main(given) == GOOD
+    default = capsys.readouterr().out
+    assert main([*given, "--psi-deg", "0"]) == GOOD
+    assert capsys.readouterr().out == default
+    assert main([*given, "--psi-deg", "20"]) == GOOD
+    assert capsys.readouterr().out != default
 
 
 @pytest.fixture(scope="module")
@@ -232,6 +337,7 @@ def bad_files(file: Path) -> dict[str, Path]:
 
 THREE_PRESSURES = "expected three gauge pressures, one for each chamber, each 0 or more [kPa]"
 COMPONENTS = "expected three finite components in the world frame"
+IN_CAP = "expected three finite components in the frame of the cap"
 PLOT_FILE = "expected a .pdf, .png or .svg file in a directory that can be written to"
 
 # Arguments, and what the line must hold: the argument, what came, what is expected.
@@ -239,6 +345,10 @@ BAD_INPUTS = [
     ("", "--pressure-kpa: got ''", THREE_PRESSURES),
     ("--pressure-kpa -1 0 0", "--pressure-kpa: got '-1 0 0'", THREE_PRESSURES),
     ("--pressure-kpa -1e-3 0 0", "--pressure-kpa: got '-1e-3 0 0'", THREE_PRESSURES),
+    ("--pressure-kpa 1_0 0 0", "--pressure-kpa: got '1_0 0 0'", THREE_PRESSURES),
+    ("--pressure-kpa ١٠ 0 0", "--pressure-kpa: got '١٠ 0 0'", THREE_PRESSURES),
+    ("--pressure-kpa 1e999 0 0", "--pressure-kpa: got '1e999 0 0'", THREE_PRESSURES),
+    ("--pressure-kpa 0x10 0 0", "--pressure-kpa: got '0x10 0 0'", THREE_PRESSURES),
     ("--pressure-kpa nan 0 0", "--pressure-kpa: got 'nan 0 0'", THREE_PRESSURES),
     ("--pressure-kpa -inf 0 0", "--pressure-kpa: got '-inf 0 0'", THREE_PRESSURES),
     ("--pressure-kpa 1 2", "--pressure-kpa: got '1 2'", THREE_PRESSURES),
@@ -248,6 +358,11 @@ BAD_INPUTS = [
     ("{p} --tip-force-n 1 x 0", "--tip-force-n: got '1 x 0'", COMPONENTS),
     ("{p} --tip-moment-nmm 1", "--tip-moment-nmm: got '1'", COMPONENTS),
     ("{p} --gravity 0 0 inf", "--gravity: got '0 0 inf'", COMPONENTS),
+    ("{p} --distributed-force-n-per-m 1 2", "--distributed-force-n-per-m: got '1 2'", COMPONENTS),
+    ("{p} --follower-force-n 1 2 y", "--follower-force-n: got '1 2 y'", IN_CAP),
+    ("{p} --follower-moment-nmm 1 2 nan", "--follower-moment-nmm: got '1 2 nan'", IN_CAP),
+    ("{p} --base-position-mm 1", "--base-position-mm: got '1'", COMPONENTS),
+    ("{p} --base-rotation-deg 1 2", "--base-rotation-deg: got '1 2'", COMPONENTS),
     ("{p} --psi-deg abc", "--psi-deg: got 'abc'", "expected one finite angle [deg]"),
     (
         "{p} --psi-deg 12",
@@ -314,7 +429,7 @@ def test_a_picture_that_cannot_be_written_is_told(predict: Any, picture: str) ->
 def test_layouts_lists_what_ships(
     file: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(_load, "_SHIPPED", file.parent)
+    monkeypatch.setattr(import_module("rodmodel.io.load"), "_SHIPPED", file.parent)
     for bad in file.parent.glob("*.json"):
         if bad != file:
             bad.unlink()
@@ -329,12 +444,12 @@ def test_layouts_lists_what_ships(
     assert math.isclose(record["error"]["bending_angle_deg"]["p95"], math.degrees(0.016))
 
 
-def test_the_command_itself_runs_in_double_precision_without_diffrax_or_matplotlib(file: Path) -> None:
+def test_the_command_itself_predicts_without_jax_or_matplotlib(file: Path, rod: rodmodel.CoreRod) -> None:
     script = f"""
 import sys
 from rodmodel.cli import main
 status = main(["predict", "--calibration", {str(file)!r}, "--pressure-kpa", "30", "0", "0", "--json"])
-assert not {{"diffrax", "optimistix", "matplotlib", "scipy"}} & set(sys.modules)
+assert not {{"jax", "equinox", "matplotlib", "rich", "scipy"}} & set(sys.modules)
 sys.exit(status)
 """
     run = subprocess.run(
@@ -342,8 +457,7 @@ sys.exit(status)
     )
     assert (run.returncode, run.stderr) == (GOOD, "")
     angle = json.loads(run.stdout)["bending_angle_deg"]
-    expected = synthetic.rod(synthetic.bending_law()).solve([30e3, 0.0, 0.0]).bending_angle
-    assert math.isclose(angle, math.degrees(expected), rel_tol=1e-12)
+    assert math.isclose(angle, math.degrees(rod.solve([30e3, 0.0, 0.0]).bending_angle), rel_tol=1e-12)
 
 
 def test_output_that_is_not_read_to_its_end_is_no_failure_to_tell_of():

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array
 
 from rodmodel.section._law import SectionLaw
 from rodmodel.section._ridge_network import RidgeNetwork
@@ -14,7 +13,7 @@ from rodmodel.section._unfolded import seen, unfolded
 
 
 def in_common_form(laws: Sequence[SectionLaw]) -> list[RidgeNetwork]:
-    """The same laws as networks without symmetry: all with the first's scales, as many ridges and features.
+    """The same laws as networks without symmetry, all with as many ridges and features.
 
     Parameters
     ----------
@@ -26,10 +25,9 @@ def in_common_form(laws: Sequence[SectionLaw]) -> list[RidgeNetwork]:
         Where a law is none of these.
     """
     networks = [_written_out(law) for law in laws]
-    first = networks[0]
     ridges = max(network.offsets.shape[0] for network in networks)
     features = max(network.feature_biases.shape[0] for network in networks)
-    return [_padded(_scaled_like(first, network), ridges, features) for network in networks]
+    return [_padded(network, ridges, features) for network in networks]
 
 
 def _written_out(law: SectionLaw) -> RidgeNetwork:
@@ -45,36 +43,9 @@ def _written_out(law: SectionLaw) -> RidgeNetwork:
     return unfolded(law)
 
 
-def _scaled_like(first: RidgeNetwork, law: RidgeNetwork) -> RidgeNetwork:
-    """The law with the scales of the first, and its volume at rest."""
-    curvature = first.curvature_scale / law.curvature_scale
-    pressure = first.pressure_scale / law.pressure_scale
-    energy = law.energy_scale / first.energy_scale
-    more_volume = (law.rest_volume - first.rest_volume) * first.pressure_scale / first.energy_scale
-
-    def of_pressure(factors: Array) -> Array:
-        return factors.at[..., :3].multiply(pressure)
-
-    return replace(
-        law,
-        feature_weights=pressure * law.feature_weights,
-        directions=curvature * law.directions,
-        mixing=of_pressure(law.mixing),
-        weights=energy * law.weights,
-        factor=curvature * energy**0.5 * law.factor,
-        slopes=energy * of_pressure(law.slopes).at[:3].add(-more_volume / energy),
-        guess=of_pressure(law.guess) / curvature,
-        pressure_scale=first.pressure_scale,
-        curvature_scale=first.curvature_scale,
-        energy_scale=first.energy_scale,
-        rest_volume=first.rest_volume,
-    )
-
-
 def _padded(law: RidgeNetwork, ridges: int, features: int) -> RidgeNetwork:
     """The law with ridges and features of no weight."""
     more = ridges - law.offsets.shape[0], features - law.feature_biases.shape[0]
-    wider = ((0, 0), (0, more[1]))
     return replace(
         law,
         feature_weights=jnp.pad(law.feature_weights, ((0, more[1]), (0, 0))),
@@ -84,5 +55,5 @@ def _padded(law: RidgeNetwork, ridges: int, features: int) -> RidgeNetwork:
         offsets=jnp.pad(law.offsets, (0, more[0])),
         weights=jnp.pad(law.weights, (0, more[0])),
         slopes=jnp.pad(law.slopes, (0, more[1])),
-        guess=jnp.pad(law.guess, wider),
+        guess=jnp.pad(law.guess, ((0, 0), (0, more[1]))),
     )

@@ -1,25 +1,25 @@
 """Results for people and files: millimetres, kilopascals and degrees, as the names say."""
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jaxtyping import Array
 
-from rodmodel._inverse import Inverse
-from rodmodel._solution import Solution
-from rodmodel._workspace import Workspace
-from rodmodel.calibration_file import Calibration
+if TYPE_CHECKING:
+    import rodmodel.control
+    import rodmodel.core
 
+#: Less bent, a rod is straight: its plane is that of roundings [rad].
+STRAIGHT = 1e-6
 # The farthest bend is looked for in so wide sectors of planes.
 _PLANE_STEP_DEG = 15
 
 
-def prediction_record(solution: Solution) -> dict[str, Any]:
-    """Prediction as a JSON object; what is not known is null."""
+def prediction_record(solution: "rodmodel.core.CoreSolution") -> dict[str, Any]:
+    """Prediction as a JSON object; what is not known, or has no value, is null."""
     return {
         "bending_angle_deg": _degrees(solution.bending_angle),
-        "bending_plane_deg": _degrees(solution.bending_plane),
+        "bending_plane_deg": None if _is_straight(solution) else _degrees(solution.bending_plane),
         "tip_position_mm": [_number(x) for x in 1e3 * np.asarray(solution.tip_position)],
         "chamber_volume_mm3": [_number(x) for x in 1e9 * np.asarray(solution.chamber_volume)],
         "converged": bool(solution.converged),
@@ -28,11 +28,16 @@ def prediction_record(solution: Solution) -> dict[str, Any]:
         # The only one that section laws know: their domains end before walls snap.
         "branch": "loading" if solution.in_domain else None,
         "stable": bool(solution.stable),
+        "result": solution.result.name,
+        "load_fraction": _number(float(solution.load_fraction)),
     }
 
 
 def prediction_text(record: dict[str, Any]) -> str:
     """Prediction for people, of its record."""
+    angle, plane = _row([record["bending_angle_deg"]]), _row([record["bending_plane_deg"]])
+    if record["bending_angle_deg"] is not None and record["bending_plane_deg"] is None:
+        plane = f"{'–':>10s}"  # of a straight rod
     error = record["error_estimate"]["bending_angle_deg"]
     if error is None:
         trust = "the moment in the rod is beyond the calibration: an extrapolation"
@@ -43,8 +48,8 @@ def prediction_text(record: dict[str, Any]) -> str:
     )
     return "\n".join(
         [
-            f"bending angle    {_row([record['bending_angle_deg']])} deg   ({trust})",
-            f"bending plane    {_row([record['bending_plane_deg']])} deg",
+            f"bending angle    {angle} deg   ({trust})",
+            f"bending plane    {plane} deg",
             f"tip position     {_row(record['tip_position_mm'])} mm    (centre of the cap's outer face)",
             f"chamber volumes  {_row(record['chamber_volume_mm3'])} mm3",
             f"branch              {branch}; the rod is {'stable' if record['stable'] else 'not stable'}",
@@ -52,7 +57,7 @@ def prediction_text(record: dict[str, Any]) -> str:
     )
 
 
-def inverse_record(found: Inverse, is_bend: bool) -> dict[str, Any]:
+def inverse_record(found: "rodmodel.control.Inverse", is_bend: bool) -> dict[str, Any]:
     """Pressures, how near they come, and the prediction for them, as a JSON object."""
     distance = float(found.distance)
     left = {"distance_deg": math.degrees(distance)} if is_bend else {"distance_mm": 1e3 * distance}
@@ -60,6 +65,7 @@ def inverse_record(found: Inverse, is_bend: bool) -> dict[str, Any]:
         "pressure_kpa": [_number(p) for p in 1e-3 * np.asarray(found.pressure)],
         "reached": bool(found.reached),
         **{name: _number(value) for name, value in left.items()},
+        "nearest": bool(found.nearest),
         **prediction_record(found.solution),
         "converged": bool(found.converged),
     }
@@ -72,16 +78,17 @@ def inverse_text(record: dict[str, Any]) -> str:
     )
 
 
-def workspace_record(space: Workspace) -> dict[str, Any]:
+def workspace_record(space: "rodmodel.control.Workspace") -> dict[str, Any]:
     """What a rod reaches, and the samples, as a JSON object; samples without an equilibrium are left out."""
     good = space.converged
     angle = np.degrees(space.bending_angle[good])
     plane = np.degrees(space.bending_plane[good])
     tip = 1e3 * space.tip_position[good]
     pressure = 1e-3 * space.pressure[good]
+    bent = space.bending_angle[good] >= STRAIGHT
     farthest = []
     for towards in range(0, 360, _PLANE_STEP_DEG):
-        near = np.abs(np.mod(plane - towards + 180.0, 360.0) - 180.0) <= 0.5 * _PLANE_STEP_DEG
+        near = bent & (np.abs(np.mod(plane - towards + 180.0, 360.0) - 180.0) <= 0.5 * _PLANE_STEP_DEG)
         if near.any():
             row = np.argmax(np.where(near, angle, -1.0))
             farthest.append(
@@ -101,7 +108,9 @@ def workspace_record(space: Workspace) -> dict[str, Any]:
         "pressure_kpa": pressure.tolist(),
         "tip_position_mm": tip.tolist(),
         "bending_angle_deg": angle.tolist(),
-        "bending_plane_deg": plane.tolist(),
+        "bending_plane_deg": [
+            p if has_plane else None for p, has_plane in zip(plane.tolist(), bent, strict=True)
+        ],
     }
 
 
@@ -123,61 +132,15 @@ def workspace_text(record: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def calibration_record(calibration: Calibration) -> dict[str, Any]:
-    """Layout, validity and error of a calibration as a JSON object."""
-    layout, domain = calibration.layout, calibration.domain
-    angle = calibration.error["free_bending_angle_rad"]
-    return {
-        "layout": layout.name,
-        "psi_deg": None if layout.psi is None else math.degrees(layout.psi),
-        "psi_mirrored_deg": None if layout.mirrored_psi is None else math.degrees(layout.mirrored_psi),
-        "psi_step_deg": math.degrees(layout.symmetry),
-        "pitch_mm": 1e3 * layout.pitch,
-        "pressure_max_kpa": [1e-3 * pressure for pressure in domain.pressure_max],
-        "pressure_sum_max_kpa": 1e-3 * domain.pressure_sum_max,
-        "moment_max_nmm": 1e3 * domain.moment_max,
-        "torque_max_nmm": 1e3 * domain.moment_axes[2],
-        "error": {
-            "bending_angle_deg": {name: math.degrees(angle[name]) for name in ("median", "p95", "worst")}
-        },
-        "provenance": dict(calibration.provenance),
-    }
-
-
-def layout_text(record: dict[str, Any]) -> str:
-    """Layout and the orientations that its calibration serves, of the calibration's record."""
-    if record["psi_deg"] is None:
-        return f"{record['layout']}, pitch {record['pitch_mm']:g} mm, any psi"
-    psi, mirrored = f"psi {record['psi_deg']:g}", record["psi_mirrored_deg"]
-    if mirrored is not None:
-        psi += f" and {mirrored:g}"
-    step = f"every {record['psi_step_deg']:g} deg from {'it' if mirrored is None else 'them'}"
-    return f"{record['layout']}, pitch {record['pitch_mm']:g} mm, {psi} deg and {step}"
-
-
-def calibration_text(record: dict[str, Any]) -> str:
-    """Calibration for people, of its record."""
-    first, second, third = record["pressure_max_kpa"]
-    angle = record["error"]["bending_angle_deg"]
-    return "\n".join(
-        [
-            layout_text(record),
-            f"  pressures  up to {first:g}, {second:g}, {third:g} kPa in chambers 1, 2, 3, "
-            f"{record['pressure_sum_max_kpa']:g} kPa in sum",
-            f"  moments    up to {record['moment_max_nmm']:g} N mm, "
-            f"torques up to {record['torque_max_nmm']:g} N mm",
-            "  error      of the bending angle against the FEM, held-out states: "
-            f"median {angle['median']:.2g}, 95th percentile {angle['p95']:.2g}, "
-            f"worst {angle['worst']:.2g} deg",
-        ]
-    )
+def _is_straight(solution: "rodmodel.core.CoreSolution") -> bool:
+    return abs(float(solution.bending_angle)) < STRAIGHT
 
 
 def _number(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def _degrees(angle: Array) -> float | None:
+def _degrees(angle: Any) -> float | None:
     return _number(math.degrees(float(angle)))
 
 

@@ -13,9 +13,9 @@ from matplotlib.tri import Triangulation
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from rodmodel._workspace import Workspace
-from rodmodel.calibration_file import Actuator
-from rodmodel.plot import CHAMBER_COLOURS
+from rodmodel.actuator import Actuator
+from rodmodel.control import Workspace
+from rodmodel.view.rod_plot import CHAMBER_COLOURS
 
 _LINES_KPA = 10.0
 _CIRCLE_DEG = 30.0

@@ -1,0 +1,212 @@
+"""Pressures for a wanted bend or tip position: nearest to it, with no more co-contraction than it takes."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from rodmodel.control._of_rod import core_of
+from rodmodel.core import INVERSE, TARGET, CoreRod, CoreSolution, Numbers, Result, ffi, in_parts, numbers_of
+
+_STEPS = 8
+
+
+@final
+@dataclass(frozen=True)
+class Inverse:
+    """Pressures for a target, and what they do.
+
+    Where an input was bad, every number is NaN and every flag false.
+
+    Attributes
+    ----------
+    pressure : of chambers 1, 2 and 3, within the calibrated domain [Pa], (3,). Where the target is out of
+        reach, those that come nearest to it.
+    reached : whether the target is met, to 0.1 mm or 1e-3 rad.
+    distance : that is left to the target: of the tip [m], or of the bend (θ cos γ, θ sin γ) [rad].
+    converged : whether the search ended where no change of pressure comes nearer, with the rod solved there.
+    nearest : whether no pressures of the domain come nearer by more than the tolerance: the target is
+        reached, or searches from every local minimum of a grid over the domain found nothing better.
+    steps : solves that the search took.
+    solution : of the rod at these pressures.
+    """
+
+    pressure: np.ndarray
+    reached: bool
+    distance: float
+    converged: bool
+    nearest: bool
+    steps: int
+    solution: CoreSolution
+
+
+def inverse(
+    rod: CoreRod,
+    bending_angle: float | None = None,
+    bending_plane: float | None = None,
+    tip_position: Numbers | None = None,
+    tip_force: Numbers | None = None,
+    tip_moment: Numbers | None = None,
+    gravity: Numbers | None = None,
+    throw: bool = True,
+) -> Inverse:
+    """Pressures for a wanted bend, or for a wanted position of the tip.
+
+    Pressures stay within the calibrated domain. One chamber stays without pressure wherever the target can be
+    met so. A target out of reach is answered with the pressures that come nearest to it.
+
+    Parameters
+    ----------
+    rod : compiled.
+    bending_angle, bending_plane : θ, zero or positive, and γ [rad]; both, or else the next.
+    tip_position : of the centre of the cap's outer face, world frame [m].
+    tip_force, tip_moment, gravity : dead loads, as in `CoreRod.solve`.
+    throw : raise where an input is bad, or the rod has no equilibrium under its loads. If false, these are
+        flagged in the result. A target out of reach is no error.
+
+    Raises
+    ------
+    ValueError
+        Where an argument has not the shape it must have, or the target is not one of the two.
+    RuntimeError
+        See `throw`.
+    """
+    points, is_bend = _points(bending_angle, bending_plane, tip_position)
+    if points.shape[0] != 1 or points.ndim != 2:
+        raise ValueError("target: got rows, expected one; inverse_many takes rows")
+    loads = {"tip_force": tip_force, "tip_moment": tip_moment, "gravity": gravity}
+    found, given = _search(rod, points, is_bend, loads, 1)
+    answer = _answer(rod, found[0], given, loads)
+    if throw and not answer.solution.converged:
+        raise RuntimeError(
+            "inverse: got a target that is not finite, of a negative angle or farther than any rod of this size "
+            "reaches, or a load that is not finite, expected finite ones; throw=False flags this instead"
+            if answer.solution.result is Result.bad_input
+            else f"inverse: {answer.solution.result.message}; throw=False flags this instead"
+        )
+    return answer
+
+
+def inverse_many(
+    rod: CoreRod,
+    bending_angle: Numbers | None = None,
+    bending_plane: Numbers | None = None,
+    tip_position: Numbers | None = None,
+    threads: int = 1,
+    **loads: Numbers | None,
+) -> np.ndarray:
+    """Pressures for many targets.
+
+    Parameters
+    ----------
+    rod : compiled.
+    bending_angle, bending_plane, tip_position : as for `inverse`, (rows,) or (rows, 3).
+    threads : over which the rows are spread.
+    loads : `tip_force`, `tip_moment`, `gravity`, (3,) or (rows, 3).
+
+    Returns
+    -------
+    found : records, (rows,), with the fields of `rm_inverse_result`.
+    """
+    points, is_bend = _points(bending_angle, bending_plane, tip_position)
+    return _search(rod, points, is_bend, loads, threads)[0]
+
+
+def inverse_of_rod(
+    rod: Any,
+    bending_angle: Any,
+    bending_plane: Any,
+    tip_position: Any,
+    tip_force: Any,
+    tip_moment: Any,
+    gravity: Any,
+    throw: bool,
+) -> Inverse:
+    """Inverse of a rod, compiled or differentiable; see `inverse`."""
+    return inverse(
+        core_of(rod), bending_angle, bending_plane, tip_position, tip_force, tip_moment, gravity, throw
+    )
+
+
+def _points(angle: Any, plane: Any, position: Any) -> tuple[np.ndarray, bool]:
+    """Targets, (rows, 3), and whether they are bends."""
+    given = {"bending_angle": angle, "bending_plane": plane, "tip_position": position}
+    names = [name for name, value in given.items() if value is not None]
+    if names == ["tip_position"]:
+        points = np.atleast_2d(_finite_or_not("tip_position", position, "three coordinates [m]"))
+        if points.ndim != 2 or points.shape[1] != 3:
+            raise ValueError(
+                f"tip_position: got shape {np.shape(position)}, expected (3,): three coordinates [m]"
+            )
+        return points, False
+    if names != ["bending_angle", "bending_plane"]:
+        raise ValueError(
+            f"bending_angle, bending_plane, tip_position: got {' and '.join(names) or 'none'}, "
+            "expected bending_angle and bending_plane, or tip_position alone"
+        )
+    theta, gamma = (_finite_or_not(name, given[name], "one angle [rad]") for name in names)
+    for name, value in zip(names, (theta, gamma), strict=True):
+        if value.ndim > 1:
+            raise ValueError(f"{name}: got shape {value.shape}, expected (): one angle [rad]")
+    theta, gamma = np.broadcast_arrays(np.atleast_1d(theta), np.atleast_1d(gamma))
+    theta = np.where(theta >= 0.0, theta, math.nan)
+    with np.errstate(invalid="ignore"):
+        return np.stack([theta * np.cos(gamma), theta * np.sin(gamma), 0.0 * theta], axis=1), True
+
+
+def _finite_or_not(name: str, value: Any, what: str) -> np.ndarray:
+    try:
+        return np.asarray(value, np.float64)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{name}: got {value!r}, expected {what}") from error
+
+
+def _search(
+    rod: CoreRod, points: np.ndarray, is_bend: bool, loads: Mapping[str, Any], threads: int
+) -> tuple[np.ndarray, np.ndarray]:
+    count = len(points)
+    for name, value in loads.items():
+        if value is not None:
+            numbers_of(name, value, ((3,), (count, 3)) if count > 1 else ((3,),))
+    inputs = rod.inputs(pressure=np.zeros(3), **loads)
+    targets, found = np.zeros(count, TARGET), np.zeros(count, INVERSE)
+    targets["point"], targets["is_bend"] = points, is_bend
+    each = inputs.size > 1
+    handle, options = rod.handle, rod.options(_STEPS)
+
+    def part(first: int, last: int) -> None:
+        rows = inputs[first:last] if each else inputs
+        handle.call.rm_inverse_batch(
+            handle.rod,
+            ffi.from_buffer("rm_target *", targets[first:last]),
+            ffi.from_buffer("rm_input *", rows),
+            each,
+            max(last - first, 0),
+            options,
+            handle.workspace(_STEPS, with_jacobian=True),
+            ffi.from_buffer("rm_inverse_result *", found[first:last]),
+        )
+
+    in_parts(part, count, threads)
+    return found, inputs
+
+
+def _answer(rod: CoreRod, found: np.void, given: np.ndarray, loads: Mapping[str, Any]) -> Inverse:
+    bad = int(found["solution"]["result"]) == Result.bad_input
+    pressure = np.zeros(3) if bad else found["pressure"]
+    if bad:
+        solution = rod.solve(np.full(3, math.nan), throw=False, steps=_STEPS)
+    else:
+        # Once more, for the nodes along the rod.
+        solution = rod.solve(pressure, throw=False, steps=_STEPS, **loads)
+    return Inverse(
+        pressure=np.full(3, math.nan) if bad else np.array(pressure),
+        reached=bool(found["reached"]),
+        distance=float(found["distance"]),
+        converged=bool(found["converged"]),
+        nearest=bool(found["nearest"]),
+        steps=int(found["evaluations"]),
+        solution=solution,
+    )

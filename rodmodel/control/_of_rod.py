@@ -1,0 +1,62 @@
+"""The compiled rod of a differentiable one."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from rodmodel.actuator import Actuator, Domain
+from rodmodel.core import CoreRod, Handle, LawData, law_data, linear_law_data
+
+
+def core_of(rod: Any) -> CoreRod:
+    """Compiled rod with the numbers of a rod, compiled or differentiable.
+
+    Parameters
+    ----------
+    rod : a `CoreRod`, which comes back as it is, or a `rodmodel.Rod` whose numbers are known: not one that
+        JAX is tracing, nor a stack.
+
+    Raises
+    ------
+    ValueError
+        Where the section law is of a kind that the core does not have.
+    """
+    if isinstance(rod, CoreRod):
+        return rod
+    actuator, domain = _floats(Actuator, rod.actuator), _floats(Domain, rod.domain)
+    angle_error = float(rod.angle_error)
+    return CoreRod(Handle(_law_of(rod.section), actuator, domain, angle_error), actuator, domain, angle_error)
+
+
+def _law_of(section: Any) -> LawData:
+    # Whoever has such a law has imported JAX.
+    from rodmodel.section import LinearLaw, MirroredLaw, RidgeNetwork, TurnedLaw, arrays_of
+
+    turns, mirrored, law = 0, False, section
+    if isinstance(law, TurnedLaw):
+        turns, law = law.turns, law.law
+    if isinstance(law, MirroredLaw):
+        mirrored, law = True, law.law
+    if isinstance(law, LinearLaw) and not (turns or mirrored):
+        return linear_law_data(
+            np.asarray(law.section_stiffness), np.asarray(law.curvature_by_pressure), float(law.rest_volume)
+        )
+    if not isinstance(law, RidgeNetwork):
+        raise ValueError(
+            f"rod: got a section law {type(section).__name__}, expected a RidgeNetwork, which may be mirrored and "
+            "then turned, or a LinearLaw"
+        )
+    biases = np.asarray(law.feature_biases)
+    # Of an orientation of a law of all, each image has its own.
+    shared = replace(law, feature_biases=np.atleast_2d(biases)[0])
+    return law_data(arrays_of(shared), turns, mirrored, biases=biases)
+
+
+def _floats(kind: Any, numbers: Any) -> Any:
+    def number(value: Any) -> Any:
+        if isinstance(value, tuple):
+            return tuple(map(number, value))
+        return None if value is None else float(value)
+
+    return kind(**{name: number(getattr(numbers, name)) for name in kind.__dataclass_fields__})

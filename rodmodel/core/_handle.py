@@ -1,0 +1,92 @@
+"""A rod's numbers in the core's structures, and the arrays that these point to."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from rodmodel.actuator import Actuator, Domain
+from rodmodel.core._law_data import LawData
+from rodmodel.core._native import ffi, lib
+from rodmodel.core._variants import VARIANTS, functions
+
+_ENDS = (
+    "body_length",
+    "cap_length",
+    "mass_per_length",
+    "cap_mass",
+    "stiff_tip",
+    "base_turn",
+    "base_lag",
+    "base_stiffness",
+    "tip_offset",
+    "tip_offset_curvature",
+    "held_length",
+    "shear_compliance",
+)
+_IN_PLACE = ("slope", "quadratic", "slope_by_pressure", "pressure_quadratic")
+# Vectors of the processor are loaded in one piece from multiples of this [bytes].
+_ALIGNMENT = 64
+
+
+class Handle:
+    """A rod in the core: `rod` for its functions, which are `call`.
+
+    Parameters
+    ----------
+    law, actuator, domain, angle_error : of the rod; the law at one orientation.
+    variant : instruction set, one of `VARIANTS`; the fastest that the machine has if not given.
+
+    Raises
+    ------
+    ValueError
+        Where the core cannot use the numbers.
+    """
+
+    def __init__(
+        self,
+        law: LawData,
+        actuator: Actuator,
+        domain: Domain,
+        angle_error: float,
+        variant: str = VARIANTS[-1],
+    ) -> None:
+        self.call: SimpleNamespace = functions(variant)
+        self.rod: Any = ffi.new("rm_rod *")
+        self._arrays: list[np.ndarray] = []
+        into = self.rod.law
+        for name, value in {**law.numbers, **law.sizes}.items():
+            setattr(into, name, value)
+        for name, array in law.arrays.items():
+            if name in _IN_PLACE:
+                setattr(into, name, array.ravel().tolist())
+            else:
+                setattr(into, name, self._kept(array))
+        self._orders = np.ascontiguousarray(law.orders, np.int32)
+        into.orders = ffi.from_buffer("int *", self._orders)
+        for name in _ENDS:
+            setattr(self.rod.actuator, name, float(getattr(actuator, name)))
+        self.rod.domain.pressure_max = [float(p) for p in domain.pressure_max]
+        self.rod.domain.pressure_sum_max = float(domain.pressure_sum_max)
+        self.rod.domain.moment_max = float(domain.moment_max)
+        self.rod.domain.torque_max = float(domain.moment_axes[2])
+        self.rod.angle_error = float(angle_error)
+        if self.call.rm_check_rod(self.rod) != lib.RM_SUCCESSFUL:
+            raise ValueError(
+                "law, actuator, domain: got a length, scale or limit that is not positive or not finite, "
+                "expected those of a calibration"
+            )
+
+    def workspace(self, steps: int, with_jacobian: bool = False) -> Any:
+        """Room for a solve of so many steps; each thread needs its own."""
+        size = self.call.rm_workspace_size(self.rod, steps, with_jacobian)
+        return ffi.from_buffer("rm_real *", np.empty(size))
+
+    def _kept(self, array: np.ndarray) -> Any:
+        """Pointer to a copy of an array that lives as long as this, placed as vectors want it."""
+        raw = np.zeros(array.size + _ALIGNMENT // 8)
+        first = -raw.ctypes.data % _ALIGNMENT // 8
+        placed = raw[first : first + array.size]
+        placed[:] = array.ravel()
+        self._arrays.append(raw)
+        return ffi.from_buffer("rm_real *", placed) if array.size else ffi.NULL

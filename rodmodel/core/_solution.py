@@ -1,0 +1,143 @@
+"""What the core finds: the pose, the shape, and how far to trust them."""
+
+from collections.abc import Sequence
+from enum import IntEnum
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rodmodel.core._handle import Handle
+from rodmodel.core._native import ffi
+
+
+class Result(IntEnum):
+    """How a solve ended; `message` says it, and what to do."""
+
+    successful = 0
+    bad_input = 1
+    unstable = 2
+    not_converged = 3
+    unresolved = 4
+    too_many_shots = 5
+
+    @property
+    def message(self) -> str:
+        """What ended the solve, and the remedy."""
+        return _MESSAGES[self]
+
+
+_MESSAGES = {
+    Result.successful: "the equilibrium under the whole load was found",
+    Result.bad_input: "a pressure is negative, an input not finite, or base_rotation no rotation; correct it",
+    Result.unstable: (
+        "the rod would snap, or buckle to no side in particular, before the whole load is on it; "
+        "take less load, or one that leans to a side"
+    ),
+    Result.not_converged: (
+        "Newton's method found no equilibrium that the rod could have gone to; take less load, or more steps"
+    ),
+    Result.unresolved: "the rod turns too sharply for so few steps; take more steps, or less load",
+    Result.too_many_shots: "the bound on iterations was met; take less load, or raise the bound",
+}
+
+
+@final
+class CoreSolution:
+    """Equilibrium of a rod, in the world frame; NumPy arrays.
+
+    Where an input was bad, every number is NaN and both flags are false.
+
+    Attributes
+    ----------
+    tip_position : centre of the cap's outer face [m], (3,).
+    tip_rotation : frame of the cap, directors as columns, (3, 3).
+    bending_angle : θ of the tip's tangent from the base's, continued past 180° [rad].
+    bending_plane : γ in [0, 2π) [rad]; it has no meaning where the rod is straight, and is 0 there.
+    bend : (θ cos γ, θ sin γ) [rad], smooth where the rod is straight.
+    chamber_volume : of each chamber, over the body [m³], (3,).
+    converged : whether the full load was reached.
+    result : how the solve ended.
+    stable : whether the second variation of the energy is positive; under moments and follower forces,
+        whether the loads have passed no branching of equilibria.
+    in_domain : whether pressures, and the moment everywhere on the body, are those of the calibration.
+    error_estimate : within which θ of the finite elements is in 90 % of states [rad]; NaN outside the domain.
+    load_fraction : of the loads, at which this is the equilibrium.
+    load_steps, shots : that the solve took; a shot is an integration from base to end.
+    unknown : u L at the base, and after it, where there is a follower force, that force in the frame of the
+        base [N]: a start for the next solve.
+    """
+
+    def __init__(self, handle: Handle, given: Any, record: np.void, nodes: Any) -> None:
+        self._handle, self._given, self._record, self._nodes = handle, given, record, nodes
+        self.tip_position: np.ndarray = record["tip_position"]
+        self.tip_rotation: np.ndarray = record["tip_rotation"]
+        self.bend: np.ndarray = record["bend"]
+        self.bending_angle = float(record["bending_angle"])
+        self.bending_plane = float(record["bending_plane"])
+        self.chamber_volume: np.ndarray = record["chamber_volume"]
+        self.result = Result(int(record["result"]))
+        self.converged = self.result is Result.successful
+        self.stable = bool(record["stable"])
+        self.in_domain = bool(record["in_domain"])
+        self.error_estimate = float(record["angle_error"])
+        self.load_fraction = float(record["load_fraction"])
+        self.load_steps, self.shots = int(record["load_steps"]), int(record["shots"])
+        self.unknown: np.ndarray = record["unknown"]
+
+    @property
+    def stats(self) -> dict[str, float]:
+        """`load_fraction` reached, `load_steps` that it took, and `shots`."""
+        return {
+            "load_fraction": self.load_fraction,
+            "load_steps": self.load_steps,
+            "shots": self.shots,
+        }
+
+    def centreline(self, arc_length: ArrayLike | Sequence[float]) -> np.ndarray:
+        """Position r(s) of the axis, world frame [m], (..., 3).
+
+        Parameters
+        ----------
+        arc_length : s [m], any shape, from 0 at the base to the cap's outer face; NaN comes back for others.
+        """
+        return self._stations(arc_length, 0, (3,))
+
+    def frames(self, arc_length: ArrayLike | Sequence[float]) -> np.ndarray:
+        """Frame R(s), directors as columns, world frame, (..., 3, 3). The cap has that of the body's end.
+
+        Parameters
+        ----------
+        arc_length : s [m], any shape, from 0 at the base to the cap's outer face; NaN comes back for others.
+        """
+        return self._stations(arc_length, 1, (3, 3))
+
+    def curvature(self, arc_length: ArrayLike | Sequence[float]) -> np.ndarray:
+        """Curvature and twist u(s), body frame [1/m], (..., 3); zero in the cap, which is rigid.
+
+        Parameters
+        ----------
+        arc_length : s [m], any shape, from 0 at the base to the cap's outer face; NaN comes back for others.
+        """
+        return self._stations(arc_length, 2, (3,))
+
+    def _stations(
+        self, arc_length: ArrayLike | Sequence[float], which: int, shape: tuple[int, ...]
+    ) -> np.ndarray:
+        s = np.ascontiguousarray(arc_length, np.float64)
+        found = np.full(s.shape + shape, np.nan)
+        if self.result is Result.bad_input or not np.isfinite(self.tip_position[0]):
+            return found
+        into: list[Any] = [ffi.NULL] * 3
+        into[which] = ffi.from_buffer("rm_real *", found)
+        solution = ffi.from_buffer("rm_solution *", np.atleast_1d(self._record))
+        self._handle.call.rm_stations(
+            self._handle.rod,
+            self._given,
+            solution,
+            self._nodes,
+            s.size,
+            ffi.from_buffer("rm_real *", s),
+            *into,
+        )
+        return found

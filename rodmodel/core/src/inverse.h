@@ -1,0 +1,420 @@
+/* Pressures for a wanted bend or tip position: nearest to it, and with no more co-contraction than it takes.
+ *
+ * What is wanted is a point: the tip's position, or the bend (theta cos gamma, theta sin gamma), which is smooth where
+ * the rod is straight. The pressures that come nearest are sought by least squares over the domain, in this order:
+ *
+ * 1. On the faces where one chamber has no pressure, so without co-contraction. Two chambers beside each other reach a
+ *    sector of bending planes; the likeliest is first.
+ * 2. Where no face reaches the target, in the whole domain, from the nearest point of the faces; at once from one
+ *    that comes close.
+ * 3. Where that ends short of it, once more from there with co-contraction: the poses that three pressures reach are
+ *    little more than a surface, and it is folded.
+ * 4. Where the target is out of reach still, from every local minimum on a grid over the domain.
+ *
+ * With loads, the search for the free rod, which costs little, says where to start, and each step solves and
+ * differentiates from the solution of the step before. */
+#ifndef RM_INVERSE_H
+#define RM_INVERSE_H
+
+#include "jacobian.h"
+#include "polytope.h"
+
+/* A target is reached within this much, of position [m] and of bend [rad]. */
+#define RM_POSITION_REACHED R(1e-4)
+#define RM_BEND_REACHED R(1e-3)
+/* Part of the tolerance at which a search ends: two or three steps before the rounding; under loads, at about what the
+ * integration errs by. */
+#define RM_PART R(1e-3)
+#define RM_LOADED_PART R(1e-2)
+/* How near the free rod has to come to the target of a loaded one, of the rod's length or in radians. */
+#define RM_NEAR R(0.1)
+/* A face that comes as near as that is followed into the domain before the other faces are tried; and its nearest
+ * point need be no nearer than that part of the sum of squares. */
+#define RM_CLOSE R(0.05)
+#define RM_WORTH R(1e-2)
+/* Where the search on a face starts, and by how much pressures are raised for another one, of the largest. */
+#define RM_START R(0.3)
+#define RM_RAISE R(0.4)
+/* Local minima of the grid that are followed. */
+#define RM_FOLLOWED 8
+/* Farther than that, in lengths of the rod or in radians, no target is taken for one. */
+#define RM_FARTHEST R(1e3)
+
+typedef struct {
+    const rm_rod *rod;
+    const rm_input *input;
+    rm_options options;
+    rm_real *workspace;
+    const rm_target *target;
+    rm_real scale;     /* largest pressure [Pa] */
+    rm_real unit;      /* by which distances are divided, to be near one */
+    rm_real tolerance; /* within which a target is reached, in that unit */
+    int loaded;        /* whether the loads are looked at */
+    int evaluations;
+} search;
+
+/* Derivative of V e3 by the whole turn along d, V = I + B turn^ + C turn^^2. */
+static vec screw_change(vec turn, half_angle h, vec d)
+{
+    const rm_real x = dot(turn, turn), b = R(2.0) * h.sine * h.sine, c = h.third;
+    rm_real db, dc;
+    if (x < R(1.0)) {
+        db = series(x, R(-1.0 / 24.0), R(2.0 / 720.0), R(-3.0 / 40320.0), R(4.0 / 3628800.0), R(-5.0 / 479001600.0),
+                    R(6.0 / 87178291200.0), R(-7.0 / 20922789888000.0), R(8.0 / 6402373705728000.0));
+        dc = series(x, R(-1.0 / 120.0), R(2.0 / 5040.0), R(-3.0 / 362880.0), R(4.0 / 39916800.0),
+                    R(-5.0 / 6227020800.0), R(6.0 / 1307674368000.0), R(-7.0 / 355687428096000.0),
+                    R(8.0 / 121645100408832000.0));
+    } else {
+        db = (R(0.5) * (R(1.0) - x * c) - b) / x;
+        dc = (b - R(3.0) * c) / (R(2.0) * x);
+    }
+    const vec ahead = {R(0.0), R(0.0), R(1.0)}, once = cross(turn, ahead), twice = cross(turn, once);
+    const rm_real dx = R(2.0) * dot(turn, d);
+    const vec first = along(scale(db * dx, once), b, cross(d, ahead));
+    const vec second = add(cross(d, once), cross(turn, cross(d, ahead)));
+    return add(along(first, dc * dx, twice), scale(c, second));
+}
+
+/* Tip of a rod without loads, an arc: what `solve` found of it, with the derivatives by the pressures. */
+static void differentiate_arc(solve_state *at, const rm_input *input, vec positions[3], vec turns[3])
+{
+    const equilibrium *e = &at->equilibrium;
+    const rm_real identity[9] = {R(1.0), R(0.0), R(0.0), R(0.0), R(1.0), R(0.0), R(0.0), R(0.0), R(1.0)};
+    const mat world = mat_of_rows(input->given & RM_BASE ? input->base_rotation : identity);
+    const vec turn = at->reached.end.turn, cap = {e->offset.x, e->offset.y, e->tip_length};
+    const half_angle h = half_angle_of(dot(turn, turn));
+    const sym flexibility = sym_inverse(at->free.stiffness);
+    const quat end = at->reached.end.frame;
+    vec moments[3], stiffened[3];
+    slopes_by_pressure(&at->section, no_vec(), moments, stiffened);
+    const vec tip = add(at->reached.end.position, out_of_body(end, cap)); /* base frame */
+    for (int k = 0; k < 3; k++) {
+        const vec d = scale(-e->length, sym_apply(flexibility, moments[k]));
+        const vec once = cross(turn, d);
+        /* Turn of the end, its frame; and way of the end and of the cap on it. */
+        const vec phi = along(along(d, R(-2.0) * h.sine * h.sine, once), h.third, cross(turn, once));
+        const vec way = out_of_body(e->mount, scale(e->length, screw_change(turn, h, d)));
+        const vec cap_way = out_of_body(end, add(cross(phi, cap), e->offset_slopes[k]));
+        const vec mount = out_of_body(e->mount, e->mount_slopes[k]);
+        positions[k] = mat_apply(world, add(add(way, cap_way), cross(mount, tip)));
+        turns[k] = mat_apply(world, add(mount, out_of_body(end, phi)));
+    }
+}
+
+static rm_real miss(const search *s, const rm_solution *solution, vec *residual)
+{
+    const rm_real *point = s->target->point;
+    vec r = no_vec();
+    if (s->target->is_bend) {
+        r.x = solution->bend[0] - point[0];
+        r.y = solution->bend[1] - point[1];
+    } else {
+        r = sub(vec_of(solution->tip_position), vec_of(point));
+    }
+    *residual = scale(R(1.0) / s->unit, r);
+    return dot(*residual, *residual);
+}
+
+static void evaluate_pose(void *what, vec point, const rm_real *memory, place *there)
+{
+    search *s = (search *)what;
+    solve_state at;
+    rm_solution solution;
+    rm_input input = *s->input;
+    vec positions[3], turns[3];
+    put_vec(input.pressure, scale(s->scale, point));
+    s->evaluations++;
+    there->point = point;
+    there->cost = infinite();
+    if (!s->loaded) {
+        input.given &= RM_BASE;
+    }
+    const int result = solve(&at, s->rod, &input, &s->options, memory, 1, s->workspace, &solution);
+    if (result != RM_SUCCESSFUL) {
+        return;
+    }
+    if (at.loaded) {
+        derivatives d;
+        rm_real position[3 * RM_INPUTS], turn[3 * RM_INPUTS];
+        differentiate(&at, &input, &s->options, 0, 0, &d);
+        const vec cap = {at.equilibrium.offset.x, at.equilibrium.offset.y, at.equilibrium.tip_length};
+        put_pose_change(&at, &d, &d.end, at.reached.end.frame, cap, R(1.0), position, turn);
+        for (int k = 0; k < 3; k++) {
+            const vec p = {position[k], position[RM_INPUTS + k], position[2 * RM_INPUTS + k]};
+            const vec t = {turn[k], turn[RM_INPUTS + k], turn[2 * RM_INPUTS + k]};
+            positions[k] = p;
+            turns[k] = t;
+        }
+    } else {
+        differentiate_arc(&at, &input, positions, turns);
+    }
+    memcpy(there->memory, solution.unknown, sizeof there->memory);
+    const rm_real cost = miss(s, &solution, &there->residual);
+    vec *const columns[3] = {&there->slope.a, &there->slope.b, &there->slope.c};
+    vec rows[2];
+    if (s->target->is_bend) {
+        const vec ahead = {R(0.0), R(0.0), R(1.0)};
+        bend_by_turn(&solution, out_of_body(at.reached.end.frame, ahead), rows);
+    }
+    for (int k = 0; k < 3; k++) {
+        vec change = positions[k];
+        if (s->target->is_bend) {
+            const vec turn = (input.given & RM_BASE) ? mat_back(mat_of_rows(input.base_rotation), turns[k]) : turns[k];
+            change.x = dot(rows[0], turn);
+            change.y = dot(rows[1], turn);
+            change.z = R(0.0);
+        }
+        *columns[k] = scale(s->scale / s->unit, change);
+        if (!is_finite(largest(*columns[k]))) {
+            return;
+        }
+    }
+    there->cost = cost;
+}
+
+/* Faces and the whole domain, in this order. */
+static void set_boxes(const rm_domain *domain, rm_real largest_pressure, polytope boxes[4])
+{
+    for (int without = 0; without < 4; without++) {
+        polytope *box = boxes + without;
+        box->without = without < 3 ? without : -1;
+        box->total = domain->pressure_sum_max / largest_pressure;
+        for (int k = 0; k < 3; k++) {
+            box->upper[k] = k == without ? R(0.0) : domain->pressure_max[k] / largest_pressure;
+        }
+    }
+}
+
+/* A point inside a box, of one that may have too large a sum. */
+RM_INLINE vec within(vec point, const polytope *box)
+{
+    const rm_real sum = point.x + point.y + point.z;
+    return sum > box->total ? scale(box->total / sum, point) : point;
+}
+
+/* Best fit of the first three stages, and the face that it was found on or from. */
+static least_squares_fit seek(search *s, const polytope boxes[4], const vec starts[3], const int order[3],
+                              rm_real enough_distance, rm_real part, int *face)
+{
+    const rm_real enough = part * s->tolerance * part * s->tolerance;
+    least_squares_fit best;
+    rm_real cold[6];
+    fill_with_nan(cold, 6);
+    memset(&best, 0, sizeof best);
+    best.best.point = starts[order[0]];
+    best.best.cost = infinite();
+    *face = order[0];
+    int deepen = 0;
+    for (int stage = 0; stage < 5 && !(rm_sqrt(best.best.cost) <= enough_distance);) {
+        const int on_face = stage < 3 && !deepen, here = order[stage < 3 ? stage : 2];
+        const int raise = stage == 4 && !deepen;
+        const polytope *box = boxes + (on_face ? here : 3);
+        const vec at = best.best.point;
+        vec start = on_face ? starts[here] : at;
+        rm_real memory[6];
+        if (raise) {
+            const vec raised = {smaller(at.x + RM_RAISE, box->upper[0]), smaller(at.y + RM_RAISE, box->upper[1]),
+                                smaller(at.z + RM_RAISE, box->upper[2])};
+            start = within(raised, box);
+        }
+        memcpy(memory, on_face || raise || !(best.best.cost < infinite()) ? cold : best.best.memory, sizeof memory);
+        const least_squares_fit fit =
+            least_squares(evaluate_pose, s, start, memory, box, enough, on_face ? RM_WORTH : R(0.0));
+        /* What starts from the best may come out of it by a rounding. */
+        const int better = fit.best.cost <= best.best.cost * R(1.000001);
+        if (better) {
+            best = fit;
+            if (on_face) {
+                *face = here;
+            }
+        }
+        deepen = on_face && better && rm_sqrt(fit.best.cost) <= RM_CLOSE;
+        stage += deepen ? 0 : 1;
+    }
+    return best;
+}
+
+/* Nearest point over the whole domain, from the local minima of a grid; fits on the faces that come as near to the
+ * tolerance are taken in its place. `costs` has room for RM_GRID^3 numbers. Whether all of it converged. */
+static int seek_everywhere(search *s, const polytope boxes[4], rm_real *costs, least_squares_fit *best)
+{
+    const polytope *whole = boxes + 3;
+    const int side = RM_GRID, count = side * side * side;
+    rm_real cold[6], memory[6];
+    int sure = best->best.cost < infinite();
+    fill_with_nan(cold, 6);
+    fill_with_nan(memory, 6);
+    vec nearest[3];
+    rm_real least[3] = {infinite(), infinite(), infinite()};
+    for (int n = 0; n < count; n++) {
+        const int place_of[3] = {n % side, n / side % side, n / (side * side)};
+        const rm_real step = R(1.0) / (rm_real)(side - 1);
+        const vec corner = {whole->upper[0] * step * (rm_real)place_of[0], whole->upper[1] * step * (rm_real)place_of[1],
+                            whole->upper[2] * step * (rm_real)place_of[2]};
+        const vec point = within(corner, whole);
+        place there;
+        evaluate_pose(s, point, place_of[0] == 0 ? cold : memory, &there);
+        memcpy(memory, there.cost < infinite() ? there.memory : cold, sizeof memory);
+        costs[n] = there.cost;
+        for (int k = 0; k < 3; k++) {
+            if (place_of[k] == 0 && there.cost < least[k]) {
+                least[k] = there.cost;
+                nearest[k] = point;
+            }
+        }
+    }
+    /* The lowest local minima, one after another. */
+    rm_real above = R(-1.0);
+    for (int followed = 0; followed < RM_FOLLOWED; followed++) {
+        int lowest = -1;
+        for (int n = 0; n < count; n++) {
+            if (!(costs[n] > above) || !(costs[n] < infinite()) || (lowest >= 0 && costs[n] >= costs[lowest])) {
+                continue;
+            }
+            const int x = n % side, y = n / side % side, z = n / (side * side);
+            int minimum = 1;
+            for (int m = 0; m < 27 && minimum; m++) {
+                const int i = x + m % 3 - 1, j = y + m / 3 % 3 - 1, k = z + m / 9 - 1;
+                if (i >= 0 && j >= 0 && k >= 0 && i < side && j < side && k < side) {
+                    minimum = costs[n] <= costs[i + side * (j + side * k)];
+                }
+            }
+            lowest = minimum ? n : lowest;
+        }
+        if (lowest < 0) {
+            break;
+        }
+        above = costs[lowest];
+        const rm_real step = R(1.0) / (rm_real)(side - 1);
+        const vec corner = {whole->upper[0] * step * (rm_real)(lowest % side),
+                            whole->upper[1] * step * (rm_real)(lowest / side % side),
+                            whole->upper[2] * step * (rm_real)(lowest / (side * side))};
+        const least_squares_fit fit =
+            least_squares(evaluate_pose, s, within(corner, whole), cold, whole, R(0.0), R(0.0));
+        sure &= fit.converged;
+        if (fit.best.cost < best->best.cost) {
+            *best = fit;
+        }
+    }
+    /* No needless pressure. */
+    const rm_real bound = rm_sqrt(best->best.cost) + s->tolerance;
+    least_squares_fit chosen = *best;
+    rm_real pressure = best->best.point.x + best->best.point.y + best->best.point.z - R(1e-6);
+    for (int k = 0; k < 3; k++) {
+        if (!(least[k] < infinite())) {
+            continue;
+        }
+        const least_squares_fit fit =
+            least_squares(evaluate_pose, s, nearest[k], cold, boxes + k, R(0.0), R(0.0));
+        const rm_real sum = fit.best.point.x + fit.best.point.y + fit.best.point.z;
+        if (fit.converged && rm_sqrt(fit.best.cost) <= bound && sum < pressure) {
+            chosen = fit;
+            pressure = sum;
+        }
+    }
+    *best = chosen;
+    return sure;
+}
+
+static int find_pressures(const rm_rod *rod, const rm_target *target, const rm_input *input,
+                          const rm_options *options, rm_real *workspace, rm_inverse_result *result)
+{
+    const rm_domain *domain = &rod->domain;
+    const rm_actuator *a = &rod->actuator;
+    rm_input bare = *input;
+    search s;
+    polytope boxes[4];
+    memset(bare.pressure, 0, sizeof bare.pressure);
+    memset(result, 0, sizeof *result);
+    s.rod = rod;
+    s.input = &bare;
+    s.options = *options;
+    s.options.ask = 0;
+    s.workspace = workspace;
+    s.target = target;
+    s.unit = target->is_bend ? R(1.0) : a->body_length + a->cap_length;
+    s.tolerance = (target->is_bend ? RM_BEND_REACHED : RM_POSITION_REACHED) / s.unit;
+    s.scale = larger(larger(domain->pressure_max[0], domain->pressure_max[1]), domain->pressure_max[2]);
+    s.evaluations = 0;
+    s.loaded = (input->given & (RM_LOADS | RM_FOLLOWER_FORCE)) != 0;
+    rm_real far = R(0.0);
+    for (int k = 0; k < (target->is_bend ? 2 : 3); k++) {
+        const rm_real from = !target->is_bend && (input->given & RM_BASE) ? input->base_position[k] : R(0.0);
+        const rm_real d = rm_abs(target->point[k] - from);
+        far = d <= far ? far : d;
+    }
+    if (!is_good(&bare) || !(far <= RM_FARTHEST * s.unit)) {
+        fill_with_nan(result->pressure, 4);
+        return fail(&result->solution, RM_BAD_INPUT);
+    }
+    set_boxes(domain, s.scale, boxes);
+
+    /* The chamber farthest from the way that the target lies is the one to do without. */
+    vec way = vec_of(target->point);
+    if (!target->is_bend) {
+        if (input->given & RM_BASE) {
+            way = mat_back(mat_of_rows(input->base_rotation), sub(way, vec_of(input->base_position)));
+        }
+        way = scale(R(-1.0), way);
+    }
+    rm_real towards[3];
+    int order[3] = {0, 1, 2};
+    for (int k = 0; k < 3; k++) {
+        const vec axis = bending_axis(k); /* (sine, -cosine) of the chamber's azimuth */
+        towards[k] = -axis.y * way.x + axis.x * way.y;
+    }
+    for (int i = 0; i < 2; i++) {
+        for (int k = 0; k < 2 - i; k++) {
+            if (towards[order[k]] > towards[order[k + 1]]) {
+                const int other = order[k];
+                order[k] = order[k + 1];
+                order[k + 1] = other;
+            }
+        }
+    }
+    vec starts[3];
+    for (int k = 0; k < 3; k++) {
+        const polytope *box = boxes + k;
+        const rm_real sum = box->upper[0] + box->upper[1] + box->upper[2];
+        starts[k] = scale(RM_START * smaller(R(1.0), box->total / sum), vec_of(box->upper));
+    }
+    const int loaded = s.loaded;
+    int face;
+    s.loaded = 0;
+    least_squares_fit fit = seek(&s, boxes, starts, order, loaded ? RM_NEAR : s.tolerance, RM_PART, &face);
+    if (loaded) {
+        s.loaded = 1;
+        s.options.steps = RM_SEARCH_STEPS;
+        s.options.tolerance = larger(R(1e-8), options->tolerance);
+        rm_real found[3];
+        put_vec(found, fit.best.point);
+        found[face] = R(0.0);
+        starts[face] = vec_of(found);
+        /* That face first, the others as they were. */
+        for (int k = 2; k > 0; k--) {
+            if (order[k] == face) {
+                order[k] = order[k - 1];
+                order[k - 1] = face;
+            }
+        }
+        fit = seek(&s, boxes, starts, order, s.tolerance, RM_LOADED_PART, &face);
+    }
+    int nearest = rm_sqrt(fit.best.cost) <= s.tolerance;
+    if (!nearest) {
+        rm_real *costs = workspace + workspace_size(rod, options->steps, 1) - RM_GRID * RM_GRID * RM_GRID;
+        nearest = seek_everywhere(&s, boxes, costs, &fit);
+    }
+    put_vec(bare.pressure, scale(s.scale, fit.best.point));
+    put_vec(result->pressure, vec_of(bare.pressure));
+    solve_state at;
+    const int ended = solve(&at, rod, &bare, options, NULL, 0, workspace, &result->solution);
+    vec residual;
+    result->distance = s.unit * rm_sqrt(miss(&s, &result->solution, &residual));
+    result->reached = ended == RM_SUCCESSFUL && result->distance <= s.tolerance * s.unit;
+    result->converged = ended == RM_SUCCESSFUL && fit.converged;
+    result->nearest = result->converged && nearest;
+    result->evaluations = s.evaluations;
+    return ended;
+}
+
+#endif

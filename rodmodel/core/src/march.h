@@ -1,0 +1,234 @@
+/* Integration along the rod: a Munthe-Kaas method of order 4, exact for constant curvature.
+ *
+ * With k1 ... k4 the values of u L at the stages of the classical Runge-Kutta method and h the step's part of the
+ * length, the frames at the stages are R, R exp(h k1/2), R exp(h k2/2 + h^2 [k1, k2]/8) and R exp(h k3), and that at
+ * the end R exp(h (k1 + 2 k2 + 2 k3 + k4)/6 + h^2 [k1, k4]/12) in se(3), brackets of the pair (e3, u L). What shear
+ * adds to the position is summed with the same weights. Neighbouring solutions are integrated by the same Runge-Kutta
+ * method in the body frame. Munthe-Kaas and Owren (1999), Phil. Trans. R. Soc. A 357, 957, sec. 4; brackets turn their
+ * sign, as the frame is multiplied from the right here. */
+#ifndef RM_MARCH_H
+#define RM_MARCH_H
+
+#include "equilibrium.h"
+
+/* End of an integration. */
+typedef struct {
+    quat frame;
+    vec turn;
+    vec position;          /* r [m], base frame */
+    section_state section; /* at the end; c phi'' and c phi''' of its ridges kept where there are columns */
+    rm_real moment_share;  /* largest moment over that of the domain, squared */
+    rm_real roughness;     /* largest difference within a step of u L by order 4 and by order 2 [rad] */
+    rm_real longest_way;   /* largest |r| over the length of body before it */
+    int apart;             /* neighbouring solutions do not meet along the rod */
+} march_end;
+
+/* Whether no real eigenvalue is negative or zero, given that all are real: if all coefficients of the characteristic
+ * polynomial have the signs that they have for the identity. */
+RM_INLINE int is_positive(mat m)
+{
+    const rm_real trace = m.a.x + m.b.y + m.c.z;
+    const rm_real minors = (m.a.x * m.b.y - m.a.y * m.b.x) + (m.a.x * m.c.z - m.a.z * m.c.x)
+                           + (m.b.y * m.c.z - m.b.z * m.c.y);
+    return (trace > R(0.0)) & (minors > R(0.0)) & (determinant(m) > R(0.0));
+}
+
+RM_INLINE mat divided(mat by, mat m)
+{
+    const mat found = {mat_solve(by, m.a), mat_solve(by, m.b), mat_solve(by, m.c)};
+    return found;
+}
+
+RM_INLINE vec column_of(rm_real rows[3][RM_MOST_COLUMNS], int column)
+{
+    const vec v = {rows[0][column], rows[1][column], rows[2][column]};
+    return v;
+}
+
+/* Turns of the first three neighbouring solutions, base frame. */
+RM_INLINE mat turns_of(variations *at, quat frame)
+{
+    const mat m = {out_of_body(frame, column_of(at->phi, 0)), out_of_body(frame, column_of(at->phi, 1)),
+                   out_of_body(frame, column_of(at->phi, 2))};
+    return m;
+}
+
+RM_INLINE rm_real share_of(vec moment, const rm_domain *domain)
+{
+    const rm_real b = domain->moment_max, t = domain->torque_max;
+    return (moment.x * moment.x + moment.y * moment.y) / (b * b) + moment.z * moment.z / (t * t);
+}
+
+RM_INLINE void move(variations *to, const variations *from, rm_real by, const variations *rate, int columns,
+                    int shifted)
+{
+    for (int i = 0; i < 3; i++) {
+        for (int c = 0; c < columns; c++) {
+            to->phi[i][c] = from->phi[i][c] + by * rate->phi[i][c];
+            to->kappa[i][c] = from->kappa[i][c] + by * rate->kappa[i][c];
+        }
+        if (shifted) {
+            for (int c = 0; c < columns; c++) {
+                to->shift[i][c] = from->shift[i][c] + by * rate->shift[i][c];
+            }
+        }
+    }
+}
+
+RM_INLINE void take(variations *to, const variations *from, int columns, int shifted)
+{
+    for (int i = 0; i < 3; i++) {
+        for (int c = 0; c < columns; c++) {
+            to->phi[i][c] = from->phi[i][c];
+            to->kappa[i][c] = from->kappa[i][c];
+        }
+        for (int c = 0; c < columns && shifted; c++) {
+            to->shift[i][c] = from->shift[i][c];
+        }
+    }
+}
+
+/* Integrate from base to end. `columns` neighbouring solutions from `at`, which ends at theirs; `driven`: those by
+ * pressures and loads are among them, with changes of position; their states and rates at the nodes go to `kept`,
+ * where it is not NULL. */
+RM_INLINE void march(const equilibrium *e, const rm_domain *domain, vec turn, vec pull, int steps, int columns,
+                     int driven, const column_forces *forces, variations *at, variations *kept, rm_node *nodes,
+                     march_end *end)
+{
+    const rm_real h = R(1.0) / (rm_real)steps, length = e->length;
+    quat q = e->mount;
+    vec r = no_vec();
+    end->moment_share = R(0.0);
+    end->roughness = R(0.0);
+    end->longest_way = R(0.0);
+    end->apart = 1;
+    mat before = {no_vec(), no_vec(), no_vec()};
+    for (int n = 0; n < steps; n++) {
+        const rm_real fraction = h * (rm_real)n;
+        variations rate, near, sum;
+        section_state s;
+        vec drift, drift_sum = no_vec(), turn_sum = no_vec(), rate_sum = no_vec(), k[4], rates[4];
+
+        take(&rate, at, columns, driven); /* read at the second stage, and written before: for the compiler */
+        for (int stage = 0; stage < 4; stage++) {
+            const rm_real c = stage == 0 ? R(0.0) : (stage < 3 ? R(0.5) * h : h);
+            const rm_real w = stage == 1 || stage == 2 ? R(2.0) : R(1.0);
+            quat frame = q;
+            k[stage] = turn;
+            if (stage > 0) {
+                vec by = scale(c, k[stage - 1]);
+                if (stage == 2) {
+                    by = along(by, R(0.125) * h * h, cross(k[0], k[1]));
+                }
+                frame = turn_by(q, by);
+                k[stage] = along(turn, c, rates[stage - 1]);
+                move(&near, at, c, &rate, columns, driven);
+            }
+            rates[stage] = rates_at(e, fraction + c, frame, k[stage], pull, columns, driven, forces,
+                                    stage > 0 ? &near : at, &rate, &s, &drift);
+            if (stage == 0) {
+                end->moment_share = larger(end->moment_share, share_of(s.moment, domain));
+                put_vec(nodes[n].position, r);
+                nodes[n].quaternion[0] = q.w;
+                put_vec(nodes[n].quaternion + 1, q.v);
+                put_vec(nodes[n].turn, turn);
+                put_vec(nodes[n].rate, rates[0]);
+                put_vec(nodes[n].drift, drift);
+                if (kept != NULL) {
+                    kept[2 * n] = *at;
+                    kept[2 * n + 1] = rate;
+                }
+            }
+            turn_sum = along(turn_sum, w, k[stage]);
+            rate_sum = along(rate_sum, w, rates[stage]);
+            drift_sum = along(drift_sum, w, drift);
+            move(&sum, stage > 0 ? &sum : at, h * w * R(1.0 / 6.0), &rate, columns, driven);
+        }
+
+        const vec bracket = sub(k[0], k[3]);
+        const rm_real b = h * h * R(1.0 / 12.0);
+        const vec way = {b * bracket.y, -b * bracket.x, h};
+        const vec whole = along(scale(h * R(1.0 / 6.0), turn_sum), b, cross(k[0], k[3]));
+        vec shift;
+        q = screw_by(q, whole, way, &shift);
+        shift = along(shift, h * R(1.0 / 6.0), drift_sum);
+        r = along(r, length, shift);
+        const vec next = along(turn, h * R(1.0 / 6.0), rate_sum);
+        end->roughness = larger(end->roughness, largest(sub(next, k[3])));
+        turn = next;
+        const rm_real gone = length * h * (rm_real)(n + 1);
+        end->longest_way = larger(end->longest_way, dot(r, r) / (gone * gone));
+        if (columns > 0) {
+            take(at, &sum, columns, driven);
+            const mat after = turns_of(at, q);
+            if (n > 0) {
+                end->apart &= is_positive(divided(before, after));
+            }
+            before = after;
+        }
+    }
+    const section_state last = linearise(e->section, scale(R(1.0) / length, turn), columns > 0);
+    end->moment_share = larger(end->moment_share, share_of(last.moment, domain));
+    end->section = last;
+    end->frame = q;
+    end->turn = turn;
+    end->position = r;
+    put_vec(nodes[steps].position, r);
+    nodes[steps].quaternion[0] = q.w;
+    put_vec(nodes[steps].quaternion + 1, q.v);
+    put_vec(nodes[steps].turn, turn);
+}
+
+/* Moment that the end of the body lacks to balance the cap [N m], body frame; and, of a follower force, the force
+ * that is missing [N]. */
+RM_INLINE void imbalance_at(const equilibrium *e, const march_end *end, vec pull, rm_real *missing)
+{
+    const resultants *l = &e->loads;
+    const vec pulled = into_body(end->frame, pull);
+    const vec lever = along(into_body(end->frame, l->lever), e->tip_length, pulled);
+    const vec push = add(into_body(end->frame, l->cap_force), pulled);
+    vec balance = sub(end->section.moment, into_body(end->frame, l->end_moment));
+    balance = sub(sub(balance, l->follower_moment), axis_cross(lever));
+    put_vec(missing, sub(balance, cross(e->offset, push)));
+    if (e->unknowns == 6) {
+        put_vec(missing + 3, sub(pulled, l->follower_force));
+    }
+}
+
+/* How the imbalance changes with each neighbouring solution: (unknowns, RM_MOST_COLUMNS) by rows. */
+RM_INLINE void imbalance_changes(const equilibrium *e, const march_end *end, vec pull, int columns,
+                                 const column_forces *forces, variations *at, rm_real (*changes)[RM_MOST_COLUMNS])
+{
+    const resultants *l = &e->loads;
+    const quat q = end->frame;
+    const vec pulled = into_body(q, pull), moment = into_body(q, l->end_moment);
+    const vec lever = along(into_body(q, l->lever), e->tip_length, pulled);
+    const vec push = add(into_body(q, l->cap_force), pulled);
+    for (int c = 0; c < columns; c++) {
+        const vec phi = column_of(at->phi, c), kappa = column_of(at->kappa, c);
+        vec dlever = cross(lever, phi), dpush = cross(push, phi), dpulled = cross(pulled, phi);
+        if (forces != NULL) {
+            const vec end_force = {forces->end[0][c], forces->end[1][c], forces->end[2][c]};
+            const vec cap = {forces->cap[0][c], forces->cap[1][c], forces->cap[2][c]};
+            const vec arm = {forces->lever[0][c], forces->lever[1][c], forces->lever[2][c]};
+            dlever = add(dlever, into_body(q, arm));
+            dpush = add(dpush, into_body(q, cap));
+            if (c >= 3 && c < e->unknowns) {
+                dpulled = add(dpulled, into_body(q, end_force));
+            }
+        }
+        vec change = scale(R(1.0) / e->length, sym_apply(end->section.stiffness, kappa));
+        change = sub(sub(change, cross(moment, phi)), axis_cross(dlever));
+        change = sub(change, cross(e->offset, dpush));
+        changes[0][c] = change.x;
+        changes[1][c] = change.y;
+        changes[2][c] = change.z;
+        if (e->unknowns == 6) {
+            changes[3][c] = dpulled.x;
+            changes[4][c] = dpulled.y;
+            changes[5][c] = dpulled.z;
+        }
+    }
+}
+
+#endif

@@ -1,0 +1,351 @@
+/* The solve: from an input to the pose, with flags; and the derivatives of the pose. */
+#ifndef RM_SOLVE_H
+#define RM_SOLVE_H
+
+#include "kinematics.h"
+
+#define RM_SLACK R(1.000001)
+/* By how much base_rotation may miss a rotation, entry by entry: enough for one rounded to single precision. */
+#define RM_ORTHOGONAL R(1e-5)
+#define RM_INPUTS 12
+/* Steps along the rod of the search of the inverse under loads; what it returns is solved with the caller's. */
+#define RM_SEARCH_STEPS 5
+/* Points a side of the grid over the pressures that the inverse looks at. */
+#define RM_GRID 8
+
+/* A solve under way, in the workspace. */
+typedef struct {
+    const rm_rod *rod;
+    contracted section;
+    equilibrium equilibrium;
+    section_state free; /* section at the free curvature */
+    vec free_curvature;
+    rm_node *nodes[2];
+    rm_real *features;
+    rm_real *lifts;       /* c phi' of ridges, summed over sections */
+    rm_real *weights;     /* of the nodes */
+    variations *kept;     /* at the nodes, with their rates; NULL without a Jacobian */
+    rm_real jacobians[12][RM_MOST_COLUMNS];
+    reached_state reached;
+    resultants loads;     /* whole, frame of the base */
+    int loaded;
+    int steps;            /* of the nodes: 1 for an arc */
+} solve_state;
+
+/* Arrays begin where a vector of the processor's does, of 64 bytes at most: loads across two lines cost twice. */
+#define RM_ALIGNED (64 / sizeof(rm_real))
+
+RM_INLINE size_t aligned(size_t count)
+{
+    return (count + RM_ALIGNED - 1) / RM_ALIGNED * RM_ALIGNED;
+}
+
+static size_t workspace_size(const rm_rod *rod, int steps, int with_jacobian)
+{
+    /* The search of the inverse takes steps of its own. */
+    const int most = with_jacobian && steps < RM_SEARCH_STEPS ? RM_SEARCH_STEPS : steps;
+    const size_t total = (size_t)rod->law.images * (size_t)rod->law.ridges, nodes = (size_t)most + 1;
+    const size_t node = sizeof(rm_node) / sizeof(rm_real), kept = 2 * sizeof(variations) / sizeof(rm_real);
+    return 2 * aligned(3 + (size_t)rod->law.features) + 7 * total + aligned(nodes) + 2 * nodes * node
+           + (with_jacobian ? nodes * kept + RM_GRID * RM_GRID * RM_GRID : 0) + RM_ALIGNED;
+}
+
+/* Lay the workspace out and contract the law. */
+static void begin(solve_state *at, const rm_rod *rod, const rm_real *pressure, int steps, int with_jacobian,
+                  rm_real *memory)
+{
+    const size_t total = (size_t)rod->law.images * (size_t)rod->law.ridges;
+    const size_t inputs = aligned(3 + (size_t)rod->law.features);
+    memory += (64 - (uintptr_t)memory % 64) % 64 / sizeof(rm_real);
+    at->rod = rod;
+    contract(&rod->law, pressure, with_jacobian, memory, memory + inputs, &at->section);
+    memory += inputs + 6 * total;
+    at->features = memory;
+    memory += inputs;
+    at->lifts = memory;
+    memory += total;
+    at->weights = memory;
+    memory += aligned((size_t)steps + 1);
+    at->nodes[0] = (rm_node *)(void *)memory;
+    at->nodes[1] = at->nodes[0] + steps + 1;
+    at->kept = with_jacobian ? (variations *)(void *)(at->nodes[1] + steps + 1) : NULL;
+    at->free_curvature = find_free_curvature(&at->section, &at->free);
+}
+
+static int is_good(const rm_input *input)
+{
+    int good = 1;
+    const rm_real *loads = input->tip_force; /* the loads follow one another */
+    for (int k = 0; k < 3; k++) {
+        good &= is_finite(input->pressure[k]) & (input->pressure[k] >= R(0.0));
+    }
+    if (input->given & RM_LOADS) {
+        for (int k = 0; k < 12; k++) {
+            good &= is_finite(loads[k]);
+        }
+        for (int k = 0; k < 3; k++) {
+            good &= is_finite(input->follower_moment[k]);
+        }
+    }
+    if (input->given & RM_FOLLOWER_FORCE) {
+        for (int k = 0; k < 3; k++) {
+            good &= is_finite(input->follower_force[k]);
+        }
+    }
+    if (input->given & RM_BASE) {
+        const mat base = mat_of_rows(input->base_rotation);
+        const vec columns[3] = {base.a, base.b, base.c};
+        for (int i = 0; i < 3; i++) {
+            good &= is_finite(input->base_position[i]);
+            for (int k = 0; k < 3; k++) {
+                good &= rm_abs(dot(columns[i], columns[k]) - (i == k ? R(1.0) : R(0.0))) < RM_ORTHOGONAL;
+            }
+        }
+        good &= determinant(base) > R(0.0);
+    }
+    return good;
+}
+
+static int covers_pressure(const rm_domain *domain, const rm_real *p)
+{
+    return (p[0] <= RM_SLACK * domain->pressure_max[0]) & (p[1] <= RM_SLACK * domain->pressure_max[1])
+           & (p[2] <= RM_SLACK * domain->pressure_max[2])
+           & (p[0] + p[1] + p[2] <= RM_SLACK * domain->pressure_sum_max);
+}
+
+static void fill_with_nan(rm_real *p, size_t count)
+{
+    for (size_t k = 0; k < count; k++) {
+        p[k] = not_a_number();
+    }
+}
+
+static int fail(rm_solution *solution, int result)
+{
+    memset(solution, 0, sizeof *solution);
+    fill_with_nan(solution->tip_position, offsetof(rm_solution, result) / sizeof(rm_real));
+    solution->result = result;
+    return result;
+}
+
+/* Equilibrium of a good input: sets `equilibrium`, `reached` and its nodes; without loads an arc, of one step. */
+static void equilibrate(solve_state *at, const rm_input *input, const rm_options *options, const rm_real *start)
+{
+    const rm_actuator *a = &at->rod->actuator;
+    const rm_domain *domain = &at->rod->domain;
+    equilibrium *e = &at->equilibrium;
+    reached_state *reached = &at->reached;
+    at->loaded = (input->given & (RM_LOADS | RM_FOLLOWER_FORCE)) != 0;
+    at->steps = at->loaded ? options->steps : 1;
+    e->section = &at->section;
+    e->length = a->body_length - a->stiff_tip;
+    e->tip_length = a->cap_length + a->stiff_tip;
+    e->shear = a->shear_compliance;
+    e->unknowns = (input->given & RM_FOLLOWER_FORCE) ? 6 : 3;
+    e->loads = at->loads = resultants_of(a, input);
+    set_ends(e, a, input->pressure, at->free_curvature, &at->free);
+    if (at->loaded) {
+        int warm = start != NULL;
+        for (int k = 0; warm && k < e->unknowns; k++) {
+            warm = is_finite(start[k]);
+        }
+        follow(e, domain, at->free_curvature, &at->free, warm ? start : NULL, options, at->nodes[0], at->nodes[1],
+               at->jacobians, reached);
+        if (warm && !(reached->load_fraction == R(1.0) && reached->stable)) {
+            const int shots = reached->shots;
+            follow(e, domain, at->free_curvature, &at->free, NULL, options, at->nodes[0], at->nodes[1],
+                   at->jacobians, reached);
+            reached->shots += shots;
+        }
+        return;
+    }
+    rm_node *nodes = at->nodes[0];
+    march_end *end = &reached->end;
+    const vec turn = scale(e->length, at->free_curvature), way = {R(0.0), R(0.0), e->length};
+    memset(reached, 0, sizeof *reached);
+    memset(nodes, 0, 2 * sizeof *nodes);
+    put_vec(reached->unknown, turn);
+    reached->load_fraction = R(1.0);
+    reached->stable = 1;
+    reached->outcome = ARRIVED;
+    reached->nodes = nodes;
+    end->frame = screw_by(e->mount, turn, way, &end->position);
+    end->turn = turn;
+    end->section = at->free;
+    end->moment_share = share_of(at->free.moment, domain);
+    nodes[0].quaternion[0] = e->mount.w;
+    put_vec(nodes[0].quaternion + 1, e->mount.v);
+    nodes[1].quaternion[0] = end->frame.w;
+    put_vec(nodes[1].quaternion + 1, end->frame.v);
+    put_vec(nodes[1].position, end->position);
+    put_vec(nodes[0].turn, turn);
+    put_vec(nodes[1].turn, turn);
+}
+
+/* Half turns of the tangent: along the nodes, or along an arc that turns by more than a quarter. */
+static rm_real count_half_turns(const solve_state *at)
+{
+    const vec chord = level(at->reached.end.position), ahead = {R(0.0), R(0.0), R(1.0)};
+    const vec turn = at->reached.end.turn, base = out_of_body(at->equilibrium.mount, ahead);
+    half_turn_count count = {chord.x * base.x + chord.y * base.y, base.z, R(0.0)};
+    const rm_real forward = count.forward, up = count.up;
+    if (at->loaded) {
+        for (int n = 1; n <= at->steps; n++) {
+            const rm_node *node = at->reached.nodes + n;
+            const quat q = {node->quaternion[0], vec_of(node->quaternion + 1)};
+            count_tangent(&count, chord, out_of_body(q, ahead));
+        }
+    } else if (dot(turn, turn) > R(0.25) * RM_PI * RM_PI) {
+        const vec part = scale(R(1.0 / RM_ARC_SAMPLES), turn);
+        const half_angle h = half_angle_of(dot(part, part));
+        quat q = at->equilibrium.mount;
+        for (int n = 0; n < RM_ARC_SAMPLES; n++) {
+            q = turned(q, h, part);
+            count_tangent(&count, chord, out_of_body(q, ahead));
+        }
+    } else {
+        return R(0.0);
+    }
+    return half_turns(&count, forward, up);
+}
+
+/* Chamber volumes over the body, of the curvatures at the nodes. */
+static void put_volumes(solve_state *at, const rm_real *pressure, rm_real *volume)
+{
+    const rm_actuator *a = &at->rod->actuator;
+    const int total = at->section.total;
+    rm_real sum = R(0.0);
+    vec curvatures = no_vec();
+    memset(at->lifts, 0, (size_t)total * sizeof(rm_real));
+    /* An arc is the same everywhere; the stiff end goes with the rest. */
+    const int sections = at->loaded ? at->steps + 1 : 1;
+    integral_weights(at->steps, at->weights);
+    for (int n = 0; n < sections; n++) {
+        const rm_real share = at->loaded ? a->body_length * at->weights[n] : a->body_length;
+        const vec u = scale(R(1.0) / at->equilibrium.length, vec_of(at->reached.nodes[n].turn));
+        add_lifts(&at->section, u, share, at->lifts);
+        curvatures = along(curvatures, share, u);
+        sum += share;
+    }
+    volumes_of(&at->section, pressure, at->lifts, sum, curvatures, at->features, volume);
+    if (a->held_length != R(0.0)) {
+        /* Chambers keep over the held length what they have at rest. */
+        static const rm_real none[3] = {R(0.0), R(0.0), R(0.0)};
+        rm_real rest[3];
+        contracted still = at->section;
+        contract(&at->rod->law, none, 0, at->features, at->section.offsets, &still);
+        memset(at->lifts, 0, (size_t)total * sizeof(rm_real));
+        add_lifts(&still, no_vec(), a->body_length, at->lifts);
+        volumes_of(&still, none, at->lifts, a->body_length, no_vec(), at->features, rest);
+        for (int k = 0; k < 3; k++) {
+            volume[k] = rest[k] + (R(1.0) - a->held_length / a->body_length) * (volume[k] - rest[k]);
+        }
+    }
+}
+
+/* Pose and flags of what was reached. */
+static int put_solution(solve_state *at, const rm_input *input, const rm_options *options, rm_solution *solution)
+{
+    static const int results[] = {RM_SUCCESSFUL, RM_UNSTABLE, RM_NOT_CONVERGED, RM_UNRESOLVED};
+    const reached_state *reached = &at->reached;
+    const equilibrium *e = &at->equilibrium;
+    const march_end *end = &reached->end;
+    const vec ahead = {R(0.0), R(0.0), R(1.0)};
+    const vec cap = along(e->offset, e->tip_length, ahead);
+    vec tip = add(end->position, out_of_body(end->frame, cap));
+    mat frame = mat_of_quat(end->frame);
+
+    put_bend(solution, frame.c, count_half_turns(at));
+    solution->moment_share = rm_sqrt(end->moment_share);
+    if (input->given & RM_BASE) {
+        const mat base = mat_of_rows(input->base_rotation);
+        tip = add(vec_of(input->base_position), mat_apply(base, tip));
+        frame = mat_product(base, frame);
+    }
+    put_vec(solution->tip_position, tip);
+    put_mat(solution->tip_rotation, frame);
+    for (int k = 0; k < 6; k++) {
+        solution->unknown[k] = k < e->unknowns ? reached->unknown[k] : R(0.0);
+    }
+    put_vec(solution->free_curvature, at->free_curvature);
+    solution->load_fraction = reached->load_fraction;
+    solution->load_steps = reached->load_steps;
+    solution->shots = reached->shots;
+    solution->steps = at->steps;
+    int result = results[reached->outcome];
+    if (reached->load_fraction < R(1.0) && reached->shots >= options->max_shots) {
+        result = RM_TOO_MANY_SHOTS;
+    } else if (reached->load_fraction < R(1.0) && result == RM_SUCCESSFUL) {
+        result = RM_NOT_CONVERGED;
+    }
+    if (!(is_finite(tip.x) && is_finite(tip.y) && is_finite(tip.z))) {
+        result = RM_NOT_CONVERGED;
+    }
+    solution->result = result;
+    solution->stable = reached->stable;
+    solution->in_domain = covers_pressure(&at->rod->domain, input->pressure) && solution->moment_share <= RM_SLACK;
+    solution->angle_error = solution->in_domain ? at->rod->angle_error : not_a_number();
+    if ((options->ask & RM_VOLUMES) == 0) {
+        fill_with_nan(solution->chamber_volume, 3);
+    }
+    return result;
+}
+
+/* The last node's rate and drift, which no step begins with, for stations. */
+static void complete_nodes(solve_state *at)
+{
+    if (at->steps > 1 || at->loaded) {
+        equilibrium e = at->equilibrium;
+        section_state section;
+        vec drift;
+        rm_node *last = at->reached.nodes + at->steps;
+        const march_end *end = &at->reached.end;
+        e.loads = scaled(&at->loads, at->reached.load_fraction);
+        const vec rate = rates_at(&e, R(1.0), end->frame, end->turn, pull_of(&e, at->reached.unknown), 0, 0, NULL,
+                                  NULL, NULL, &section, &drift);
+        put_vec(last->rate, rate);
+        put_vec(last->drift, drift);
+    }
+}
+
+/* Where no load step succeeded, what was reached is the rod without loads. */
+static void fall_back(solve_state *at, const rm_input *input, const rm_options *options)
+{
+    if (at->loaded && at->reached.load_fraction == R(0.0)) {
+        rm_input bare = *input;
+        const reached_state failed = at->reached;
+        bare.given &= RM_BASE;
+        equilibrate(at, &bare, options, NULL);
+        at->reached.load_fraction = R(0.0);
+        at->reached.outcome = failed.outcome == ARRIVED ? DIVERGED : failed.outcome;
+        at->reached.shots = failed.shots;
+    }
+}
+
+/* Solve; `nodes` are copied where they are wanted. */
+static int solve(solve_state *at, const rm_rod *rod, const rm_input *input, const rm_options *options,
+                 const rm_real *start, int with_jacobian, rm_real *workspace, rm_solution *solution)
+{
+    if (!is_good(input) || options->steps < 1) {
+        return fail(solution, RM_BAD_INPUT);
+    }
+    begin(at, rod, input->pressure, options->steps, with_jacobian, workspace);
+    if (!(is_finite(at->free_curvature.x) && is_finite(at->free_curvature.y) && is_finite(at->free_curvature.z))) {
+        return fail(solution, RM_NOT_CONVERGED);
+    }
+    equilibrate(at, input, options, start);
+    fall_back(at, input, options);
+    const int result = put_solution(at, input, options, solution);
+    if (options->ask & RM_VOLUMES) {
+        put_volumes(at, input->pressure, solution->chamber_volume);
+    }
+    return result;
+}
+
+static void copy_nodes(solve_state *at, rm_node *nodes)
+{
+    complete_nodes(at);
+    memcpy(nodes, at->reached.nodes, ((size_t)at->steps + 1) * sizeof *nodes);
+}
+
+#endif

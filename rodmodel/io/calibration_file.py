@@ -1,0 +1,269 @@
+"""The calibration file: what crosses from the FEM to the rod, as one JSON object.
+
+    {"schema": "rodmodel-calibration", "version": 1,
+     "layout": {"name", "psi_rad" (null where the law is one of all orientations), "pitch_m"},
+     "actuator": {"body_length_m", "cap_length_m", "body_diameter_m",
+                  "mass_per_length_kg_per_m", "cap_mass_kg", and, where known, "stiff_tip_m",
+                  "base_turn_rad_per_pa", "base_lag_m", "base_stiffness_n_m2", "tip_offset_m",
+                  "tip_offset_curvature_per_m", "held_length_m", "shear_compliance_per_n"},
+     "section_law": {"kind", "ridge_slope", "pressure_scale_pa", "curvature_scale_per_m", "energy_scale_n",
+                     "rest_volume_m2", "symmetry", and, by name, the arrays of `RidgeArrays`},
+     "domain": {"pressure_max_pa" (three), "pressure_sum_max_pa", "moment_max_nm",
+                "torque_max_nm" (null where it is the same)},
+     "error": {"free_bending_angle_rad": {"median", "p95", "worst", and, where known, "p90"},
+               and, where known, "actuator_angle_rad": {"p90"}, ...},
+     "provenance": {...}}
+
+The law's kind is "ridge-network", or "oriented-ridge-network" with "orientation_weights". `error` may hold
+further quantities and `provenance` is free; both come back as they were written. `rodmodel.io.ranges` has
+what each number may be.
+"""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, final
+
+from rodmodel.actuator import Actuator, Domain, Layout
+from rodmodel.io.atomic import write_atomically
+from rodmodel.io.json_record import CalibrationFileError, Record
+from rodmodel.io.law_arrays import ARRAYS, RidgeArrays
+from rodmodel.io.ranges import RANGES
+
+if TYPE_CHECKING:
+    import rodmodel.section
+
+SCHEMA = "rodmodel-calibration"
+VERSION = 1
+RIDGES, ORIENTED = "ridge-network", "oriented-ridge-network"
+RIDGE_SLOPE = "(1 + z^2)^-2"
+
+_NO_LONGER_READ = "free-state-expansion"
+_RANK_ONE = ("feature_biases", "offsets", "weights", "factor", "slopes")
+_SCALES = {
+    "pressure_scale": "pressure_scale_pa",
+    "curvature_scale": "curvature_scale_per_m",
+    "energy_scale": "energy_scale_n",
+    "rest_volume": "rest_volume_m2",
+}
+_ACTUATOR = {
+    "body_length": "body_length_m",
+    "cap_length": "cap_length_m",
+    "body_diameter": "body_diameter_m",
+    "mass_per_length": "mass_per_length_kg_per_m",
+    "cap_mass": "cap_mass_kg",
+    "stiff_tip": "stiff_tip_m",
+    "base_turn": "base_turn_rad_per_pa",
+    "base_lag": "base_lag_m",
+    "base_stiffness": "base_stiffness_n_m2",
+    "tip_offset": "tip_offset_m",
+    "tip_offset_curvature": "tip_offset_curvature_per_m",
+    "held_length": "held_length_m",
+    "shear_compliance": "shear_compliance_per_n",
+}
+
+
+@final
+@dataclass(frozen=True, init=False, eq=False)
+class Calibration:
+    """All that a calibration file holds.
+
+    Attributes
+    ----------
+    layout : winding.
+    actuator : lengths, masses and ends.
+    law : the section law in numbers; given as such, or as `section_law`, a law of JAX.
+    domain : loads inside which the law was calibrated.
+    error : held-out figures, as the file has them.
+    provenance : where it all comes from, as the file has it.
+    """
+
+    layout: Layout
+    actuator: Actuator
+    law: RidgeArrays
+    domain: Domain
+    error: Mapping[str, Any]
+    provenance: Mapping[str, Any]
+
+    def __init__(
+        self,
+        *,
+        layout: Layout,
+        actuator: Actuator,
+        domain: Domain,
+        error: Mapping[str, Any],
+        provenance: Mapping[str, Any],
+        law: RidgeArrays | None = None,
+        section_law: "rodmodel.section.RidgeNetwork | rodmodel.section.OrientedNetwork | None" = None,
+    ) -> None:
+        if (law is None) == (section_law is None):
+            raise ValueError(
+                f"law, section_law: got {'neither' if law is None else 'both'}, expected one of the two"
+            )
+        if section_law is not None:
+            from rodmodel.section import arrays_of
+
+            law = arrays_of(section_law)
+        values = {
+            "layout": layout,
+            "actuator": actuator,
+            "law": law,
+            "domain": domain,
+            "error": error,
+            "provenance": provenance,
+        }
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    @cached_property
+    def section_law(self) -> "rodmodel.section.RidgeNetwork | rodmodel.section.OrientedNetwork":
+        """The law, differentiable: imports JAX."""
+        from rodmodel.section import law_from_arrays
+
+        return law_from_arrays(self.law)
+
+    @property
+    def angle_error(self) -> float:
+        """Within which the finite elements' bending angle is in 90 % of states [rad].
+
+        Of the cell, on states held out of the fit; and where the file knows of the full actuator, of that,
+        whose runs left out of the fit of the ends add their own error in squares.
+        """
+        cell = self.error["free_bending_angle_rad"]
+        bound = float(cell.get("p90", cell["p95"]))
+        actuator = self.error.get("actuator_angle_rad")
+        return bound if actuator is None else math.hypot(bound, float(actuator["p90"]))
+
+
+def read_calibration(path: str | Path) -> Calibration:
+    """Read and validate a calibration file.
+
+    Raises
+    ------
+    CalibrationFileError
+        A `ValueError` of one line that names the file, the key, what came and what is expected.
+    """
+    return _calibration(Record.from_file(Path(path)))
+
+
+def save_calibration(calibration: Calibration, path: str | Path) -> None:
+    """Write a calibration file, whole or not at all.
+
+    Raises
+    ------
+    ValueError
+        Where the file could not be read again: a NaN or an infinity in it, or a number out of its range.
+        Nothing is written then.
+    OSError
+        Where the file cannot be written. What was there before is untouched.
+    """
+    content = {
+        "schema": SCHEMA,
+        "version": VERSION,
+        "layout": {
+            "name": calibration.layout.name,
+            "psi_rad": calibration.layout.psi,
+            "pitch_m": calibration.layout.pitch,
+        },
+        "actuator": {key: float(getattr(calibration.actuator, name)) for name, key in _ACTUATOR.items()},
+        "section_law": _law_content(calibration.law),
+        "domain": {
+            "pressure_max_pa": list(calibration.domain.pressure_max),
+            "pressure_sum_max_pa": calibration.domain.pressure_sum_max,
+            "moment_max_nm": calibration.domain.moment_max,
+            "torque_max_nm": calibration.domain.torque_max,
+        },
+        "error": dict(calibration.error),
+        "provenance": dict(calibration.provenance),
+    }
+    text = json.dumps(content, allow_nan=False) + "\n"
+    _calibration(Record.from_text(text, Path(path)))
+    write_atomically(path, text)
+
+
+def _law_content(law: RidgeArrays) -> dict[str, Any]:
+    scales = {key: getattr(law, name) for name, key in _SCALES.items()}
+    arrays = {name: getattr(law, name).tolist() for name in ARRAYS if getattr(law, name) is not None}
+    kind = ORIENTED if law.is_oriented else RIDGES
+    return {"kind": kind, "ridge_slope": RIDGE_SLOPE, **scales, "symmetry": law.symmetry, **arrays}
+
+
+def _calibration(record: Record) -> Calibration:
+    record.take("schema", f'"{SCHEMA}"', lambda value: value == SCHEMA)
+    record.take("version", f"version {VERSION}", lambda value: type(value) is int and value == VERSION)
+    layout = record.record("layout")
+    domain = record.record("domain")
+    calibration = Calibration(
+        layout=Layout(layout.word("name"), layout.number_or_null("psi_rad"), layout.number("pitch_m")),
+        actuator=_actuator(record.record("actuator")),
+        law=_law(record.record("section_law")),
+        domain=Domain(
+            pressure_max=domain.three("pressure_max_pa"),
+            pressure_sum_max=domain.number("pressure_sum_max_pa"),
+            moment_max=domain.number("moment_max_nm"),
+            torque_max=domain.number_or_null("torque_max_nm"),
+        ),
+        error=_error(record.record("error")),
+        provenance=record.record("provenance").content,
+    )
+    if (calibration.layout.psi is None) != calibration.law.is_oriented:
+        law = "all orientations" if calibration.law.is_oriented else "one orientation"
+        raise layout.error(
+            "psi_rad",
+            f"{calibration.layout.psi} with a law of {law}",
+            "null with a law of all orientations and with no other",
+        )
+    return calibration
+
+
+def _actuator(record: Record) -> Actuator:
+    there = {
+        name: record.number(key)
+        for name, key in _ACTUATOR.items()
+        if key in record.content or not RANGES[f"actuator.{key}"].optional
+    }
+    actuator = Actuator(**there)
+    length = actuator.body_length
+    if actuator.stiff_tip >= length:
+        raise record.error(
+            "stiff_tip_m", f"{actuator.stiff_tip:g}", f"less than the body's length, {length:g} m"
+        )
+    for name in ("held_length", "base_lag", "tip_offset"):
+        value = getattr(actuator, name)
+        if abs(value) > length:
+            raise record.error(_ACTUATOR[name], f"{value:g}", f"at most the body's length, {length:g} m")
+    return actuator
+
+
+def _law(record: Record) -> RidgeArrays:
+    kinds = f'"{RIDGES}" or "{ORIENTED}"'
+    kind = record.take("kind", kinds, lambda value: value in (RIDGES, ORIENTED, _NO_LONGER_READ))
+    if kind == _NO_LONGER_READ:
+        raise record.error("kind", f"{kind!r}, a kind that is no longer read", f"{kinds}: fit the law anew")
+    record.take("ridge_slope", f'"{RIDGE_SLOPE}"', lambda value: value == RIDGE_SLOPE)
+    parts: dict[str, Any] = {name: record.number(key) for name, key in _SCALES.items()}
+    parts |= {
+        name: record.array(name, rank=1 if name in _RANK_ONE else 2)
+        for name in ARRAYS
+        if kind == ORIENTED or name != "orientation_weights"
+    }
+    try:
+        return RidgeArrays(**parts, symmetry=record.word("symmetry"))
+    except CalibrationFileError:
+        raise
+    except ValueError as error:
+        raise CalibrationFileError(f"{record.file}: {record.place}.{error}") from error
+
+
+def _error(record: Record) -> dict[str, Any]:
+    cell = record.record("free_bending_angle_rad")
+    for figure in ("median", "p95", "worst"):
+        cell.number(figure)
+    if "p90" in cell.content:
+        cell.number("p90")
+    if "actuator_angle_rad" in record.content:
+        record.record("actuator_angle_rad").number("p90")
+    return record.content

@@ -1,0 +1,56 @@
+"""A calibration for people and as JSON: millimetres, kilopascals and degrees, as the names say."""
+
+import math
+from typing import Any
+
+from rodmodel.io.calibration_file import Calibration
+
+
+def calibration_record(calibration: Calibration) -> dict[str, Any]:
+    """Layout, validity and error of a calibration as a JSON object."""
+    layout, domain = calibration.layout, calibration.domain
+    angle = calibration.error["free_bending_angle_rad"]
+    return {
+        "layout": layout.name,
+        "psi_deg": None if layout.psi is None else math.degrees(layout.psi),
+        "psi_mirrored_deg": None if layout.mirrored_psi is None else math.degrees(layout.mirrored_psi),
+        "psi_step_deg": math.degrees(layout.symmetry),
+        "pitch_mm": 1e3 * layout.pitch,
+        "pressure_max_kpa": [1e-3 * pressure for pressure in domain.pressure_max],
+        "pressure_sum_max_kpa": 1e-3 * domain.pressure_sum_max,
+        "moment_max_nmm": 1e3 * domain.moment_max,
+        "torque_max_nmm": 1e3 * domain.moment_axes[2],
+        "error": {
+            "bending_angle_deg": {name: math.degrees(angle[name]) for name in ("median", "p95", "worst")}
+        },
+        "provenance": dict(calibration.provenance),
+    }
+
+
+def layout_text(record: dict[str, Any]) -> str:
+    """Layout and the orientations that its calibration serves, of the calibration's record."""
+    if record["psi_deg"] is None:
+        return f"{record['layout']}, pitch {record['pitch_mm']:g} mm, any psi"
+    psi, mirrored = f"psi {record['psi_deg']:g}", record["psi_mirrored_deg"]
+    if mirrored is not None:
+        psi += f" and {mirrored:g}"
+    step = f"every {record['psi_step_deg']:g} deg from {'it' if mirrored is None else 'them'}"
+    return f"{record['layout']}, pitch {record['pitch_mm']:g} mm, {psi} deg and {step}"
+
+
+def calibration_text(record: dict[str, Any]) -> str:
+    """Calibration for people, of its record."""
+    first, second, third = record["pressure_max_kpa"]
+    angle = record["error"]["bending_angle_deg"]
+    return "\n".join(
+        [
+            layout_text(record),
+            f"  pressures  up to {first:g}, {second:g}, {third:g} kPa in chambers 1, 2, 3, "
+            f"{record['pressure_sum_max_kpa']:g} kPa in sum",
+            f"  moments    up to {record['moment_max_nmm']:g} N mm, "
+            f"torques up to {record['torque_max_nmm']:g} N mm",
+            "  error      of the bending angle against the FEM, held-out states: "
+            f"median {angle['median']:.2g}, 95th percentile {angle['p95']:.2g}, "
+            f"worst {angle['worst']:.2g} deg",
+        ]
+    )

@@ -1,0 +1,215 @@
+"""Find a calibration, shipped or given, and make a rod of it: compiled, or differentiable."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, final
+
+from rodmodel.actuator import Domain, Layout
+from rodmodel.io.calibration_file import Calibration, read_calibration
+from rodmodel.io.calibration_text import calibration_record, layout_text
+
+if TYPE_CHECKING:
+    import rodmodel.core
+    import rodmodel.rod
+
+_SHIPPED = Path(__file__).parents[1] / "calibrations"
+
+# Orientations and pitches that are equal but for the rounding of a change of units are equal [rad, m].
+_SAME = 1e-9
+
+
+class CalibrationNotFoundError(ValueError):
+    """No calibration for a layout: `argument` does not fit, `expected` says in words what there is."""
+
+    def __init__(self, argument: str, came: str, expected: str) -> None:
+        self.argument = argument
+        self.expected = expected
+        super().__init__(f"{argument}: got {came}, expected {expected}")
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A calibration, and how its section stands to the one that was asked for.
+
+    Attributes
+    ----------
+    calibration : that serves.
+    psi : orientation that was asked for [rad].
+    turns : by how many times 120° the section is turned from the calibration's, 0, 1 or 2: its chamber 1 +
+        `turns` is chamber 1 of the calibration.
+    mirrored : whether the section, before that turn, is the mirror image y → −y of the calibration's.
+    domain : the calibration's, its chambers numbered as those of the section.
+    """
+
+    calibration: Calibration
+    psi: float
+    turns: int
+    mirrored: bool
+    domain: Domain
+
+
+def shipped_calibrations() -> list[Calibration]:
+    """Calibrations that come with the package."""
+    return [read_calibration(file) for file in sorted(_SHIPPED.glob("*.json"))]
+
+
+def load(
+    layout: str, psi: float = 0.0, pitch: float = 3e-3, path: str | Path | None = None
+) -> "rodmodel.rod.Rod":
+    """Make the differentiable rod of a winding layout from its calibration, with JAX.
+
+    A calibration at one ψ serves ψ ± 120°, which only renumbers the chambers, and for the double helix ψ +
+    180°, which is a shift by half a pitch: all multiples of 60° from it. It serves −ψ as well, the section's
+    mirror image, in which chambers 2 and 3 are swapped. Other orientations are taken from a calibration of
+    all of them, where there is one; see `load_oriented`.
+
+    Parameters
+    ----------
+    layout : name of the winding layout, as in "double-helix".
+    psi : azimuth ψ of a crossing of the winding from the centre of chamber 1 [rad].
+    pitch : of the winding [m].
+    path : calibration file to take in place of those that ship.
+
+    Returns
+    -------
+    rod : ready to solve.
+
+    Raises
+    ------
+    ValueError
+        Where there is no such calibration; the message says what there is. Where the file at `path` cannot
+        be used.
+    """
+    found = find(layout, psi, pitch, path)
+    from rodmodel.rod import OrientedRod, Rod
+    from rodmodel.section import MirroredLaw, OrientedNetwork, SectionLaw, TurnedLaw
+
+    calibration, law = found.calibration, found.calibration.section_law
+    if isinstance(law, OrientedNetwork):
+        return OrientedRod(law, calibration.actuator, found.domain, calibration.angle_error).at_psi(psi)
+    section: SectionLaw = MirroredLaw(law) if found.mirrored else law
+    if found.turns:
+        section = TurnedLaw(section, found.turns)
+    return Rod(section, calibration.actuator, found.domain, calibration.angle_error)
+
+
+def load_core(
+    layout: str, psi: float = 0.0, pitch: float = 3e-3, path: str | Path | None = None
+) -> "rodmodel.core.CoreRod":
+    """Make the compiled rod of a winding layout from its calibration: NumPy in and out, microseconds, no JAX.
+
+    The arguments and errors are those of `load`, and so is which calibration serves.
+    """
+    found = find(layout, psi, pitch, path)
+    from rodmodel.core import CoreRod
+
+    return CoreRod.of(found)
+
+
+def load_oriented(
+    layout: str, pitch: float = 3e-3, path: str | Path | None = None
+) -> "rodmodel.rod.OrientedRod":
+    """Make the rods of all orientations ψ of a winding layout, from a calibration of all of them, with JAX.
+
+    Parameters
+    ----------
+    layout : name of the winding layout, as in "double-helix".
+    pitch : of the winding [m].
+    path : calibration file to take in place of those that ship.
+
+    Returns
+    -------
+    rods : whose `at_psi` gives the rod of an orientation, differentiable in it.
+
+    Raises
+    ------
+    ValueError
+        Where there is no such calibration; the message says what there is. Where the file at `path` cannot
+        be used.
+    """
+    known = _known(path)
+    calibration = _oriented(_of_layout(known, layout, pitch))
+    if calibration is None:
+        raise CalibrationNotFoundError("layout", f"{layout!r} at any psi", _in_words(known))
+    from rodmodel.rod import OrientedRod
+    from rodmodel.section import OrientedNetwork
+
+    law = calibration.section_law
+    assert isinstance(law, OrientedNetwork)
+    return OrientedRod(law, calibration.actuator, calibration.domain, calibration.angle_error)
+
+
+def find(layout: str, psi: float, pitch: float, path: str | Path | None = None) -> Found:
+    """Find the calibration that serves a layout; see `load` for which does, and for the errors."""
+    _check(psi, pitch)
+    return find_among(_known(path), layout, psi, pitch)
+
+
+def find_among(known: Sequence[Calibration], layout: str, psi: float, pitch: float) -> Found:
+    """Find the one of some calibrations that serves a layout; see `load`."""
+    _check(psi, pitch)
+    of_layout = _of_layout(known, layout, pitch)
+    for calibration in of_layout:
+        own = calibration.layout.psi
+        if own is None:
+            continue
+        for mirrored in (False, True):
+            turns = _turns(calibration.layout, -own if mirrored else own, psi)
+            if turns is not None:
+                domain = _renumbered(calibration.domain, turns, mirrored)
+                return Found(calibration, psi, turns, mirrored, domain)
+    of_all = _oriented(of_layout)
+    if of_all is None:
+        raise CalibrationNotFoundError("psi", f"{psi} rad", _in_words(known))
+    return Found(of_all, psi, 0, False, of_all.domain)
+
+
+def _check(psi: float, pitch: float) -> None:
+    if not math.isfinite(psi):
+        raise ValueError(f"psi: got {psi}, expected a finite angle [rad]")
+    if not (math.isfinite(pitch) and pitch > 0.0):
+        raise ValueError(f"pitch: got {pitch}, expected a positive length [m]")
+
+
+def _known(path: str | Path | None) -> list[Calibration]:
+    return shipped_calibrations() if path is None else [read_calibration(path)]
+
+
+def _of_layout(known: Sequence[Calibration], layout: str, pitch: float) -> list[Calibration]:
+    of_layout = [c for c in known if c.layout.name == layout]
+    if not of_layout:
+        raise CalibrationNotFoundError("layout", repr(layout), _in_words(known))
+    of_pitch = [c for c in of_layout if abs(c.layout.pitch - pitch) < _SAME]
+    if not of_pitch:
+        raise CalibrationNotFoundError("pitch", f"{pitch} m", _in_words(known))
+    return of_pitch
+
+
+def _in_words(known: Sequence[Calibration]) -> str:
+    texts = [layout_text(calibration_record(calibration)) for calibration in known]
+    return "; ".join(texts) or "a path: no calibration ships with this installation"
+
+
+def _oriented(calibrations: Sequence[Calibration]) -> Calibration | None:
+    return next((c for c in calibrations if c.layout.psi is None), None)
+
+
+def _renumbered(domain: Domain, turns: int, mirrored: bool) -> Domain:
+    """Domain of the section that is mirrored and then turned."""
+    first, second, third = domain.pressure_max
+    largest = (first, third, second) if mirrored else (first, second, third)
+    # Chamber 1 + turns of the section is chamber 1 of the calibration.
+    turned = (largest[-turns], largest[1 - turns], largest[2 - turns])
+    return replace(domain, pressure_max=turned)
+
+
+def _turns(layout: Layout, start: float, psi: float) -> int | None:
+    """Turns by 120° that take the section at an orientation to the orientation ψ; None for none."""
+    for turns in range(3):
+        left = math.remainder(psi - start - turns * 2.0 * math.pi / 3.0, 3.0 * layout.symmetry)
+        if abs(left) < _SAME:
+            return turns
+    return None

@@ -1,0 +1,79 @@
+"""What a number of a calibration file may be: one table, for the reader and for the manual.
+
+A file may come from anywhere, and its numbers reach compiled code. The ranges keep out what no actuator has;
+they are no statement about a good calibration.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+
+class Range(NamedTuple):
+    """Numbers from `least` to `most`, both included."""
+
+    least: float
+    most: float
+    unit: str
+    null: bool = False
+    """Whether null may stand in its place."""
+    optional: bool = False
+    """Whether the key may be missing."""
+
+    @property
+    def expected(self) -> str:
+        """In words, for an error message."""
+        unit = f" {self.unit}" if self.unit else ""
+        return f"a number from {self.least:g} to {self.most:g}{unit}{' or null' if self.null else ''}"
+
+    def holds(self, value: float | int) -> bool:
+        """Whether a number is in the range; NaN is not."""
+        return self.least <= value <= self.most
+
+
+_ANGLE_ERROR = Range(0.0, 10.0, "rad")
+_PRESSURE = Range(1e-3, 1e8, "Pa")
+
+#: By key. `pressure_max_pa` is of each of three numbers.
+RANGES: Mapping[str, Range] = {
+    "layout.psi_rad": Range(-100.0, 100.0, "rad", null=True),
+    "layout.pitch_m": Range(1e-6, 1.0, "m"),
+    "actuator.body_length_m": Range(1e-4, 10.0, "m"),
+    "actuator.cap_length_m": Range(0.0, 10.0, "m"),
+    "actuator.body_diameter_m": Range(1e-6, 10.0, "m"),
+    "actuator.mass_per_length_kg_per_m": Range(0.0, 1e4, "kg/m"),
+    "actuator.cap_mass_kg": Range(0.0, 1e4, "kg"),
+    "actuator.stiff_tip_m": Range(0.0, 10.0, "m", optional=True),
+    "actuator.base_turn_rad_per_pa": Range(-0.01, 0.01, "rad/Pa", optional=True),
+    "actuator.base_lag_m": Range(-10.0, 10.0, "m", optional=True),
+    "actuator.base_stiffness_n_m2": Range(0.0, 1e6, "N m2", optional=True),
+    "actuator.tip_offset_m": Range(-1.0, 1.0, "m", optional=True),
+    "actuator.tip_offset_curvature_per_m": Range(1e-6, 1e6, "1/m", optional=True),
+    "actuator.held_length_m": Range(0.0, 10.0, "m", optional=True),
+    "actuator.shear_compliance_per_n": Range(0.0, 1e4, "1/N", optional=True),
+    "section_law.pressure_scale_pa": _PRESSURE,
+    "section_law.curvature_scale_per_m": Range(1e-3, 1e6, "1/m"),
+    "section_law.energy_scale_n": Range(1e-12, 1e9, "N"),
+    "section_law.rest_volume_m2": Range(1e-12, 10.0, "m2"),
+    "domain.pressure_max_pa": _PRESSURE,
+    "domain.pressure_sum_max_pa": _PRESSURE,
+    "domain.moment_max_nm": Range(1e-12, 1e6, "N m"),
+    "domain.torque_max_nm": Range(1e-12, 1e6, "N m", null=True),
+    "error.free_bending_angle_rad.median": _ANGLE_ERROR,
+    "error.free_bending_angle_rad.p90": _ANGLE_ERROR._replace(optional=True),
+    "error.free_bending_angle_rad.p95": _ANGLE_ERROR,
+    "error.free_bending_angle_rad.worst": _ANGLE_ERROR,
+    "error.actuator_angle_rad.p90": _ANGLE_ERROR._replace(optional=True),
+}
+
+#: Of each number of the law's arrays.
+ARRAY_NUMBER = Range(-1e9, 1e9, "")
+
+
+def ranges_table() -> str:
+    """Table of the ranges in Markdown, as the manual has it."""
+    rows = ["| key | from | to | unit | |", "|---|---|---|---|---|"]
+    for key, range_ in [*RANGES.items(), ("each number of the law's arrays", ARRAY_NUMBER)]:
+        notes = ["or null"] * range_.null + ["may be missing"] * range_.optional
+        name = f"`{key}`" if key in RANGES else key
+        rows.append(f"| {name} | {range_.least:g} | {range_.most:g} | {range_.unit} | {', '.join(notes)} |")
+    return "\n".join(rows)

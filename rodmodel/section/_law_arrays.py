@@ -1,0 +1,69 @@
+"""Laws of ridges from and to the plain arrays of a calibration file."""
+
+import jax.numpy as jnp
+import numpy as np
+
+from rodmodel.io import RidgeArrays
+from rodmodel.section._oriented_network import OrientedNetwork
+from rodmodel.section._ridge_network import RidgeNetwork
+
+_ARRAYS = (
+    "feature_weights",
+    "feature_biases",
+    "directions",
+    "mixing",
+    "offsets",
+    "weights",
+    "factor",
+    "slopes",
+    "guess",
+)
+_SCALES = ("pressure_scale", "curvature_scale", "energy_scale", "rest_volume")
+
+
+def law_from_arrays(arrays: RidgeArrays) -> RidgeNetwork | OrientedNetwork:
+    """The law of a calibration, in arrays of JAX's default precision.
+
+    Parameters
+    ----------
+    arrays : the law in numbers.
+
+    Returns
+    -------
+    law : of one orientation; or of all, where the arrays hold orientation weights.
+    """
+    leaves = {name: jnp.asarray(getattr(arrays, name), float) for name in (*_ARRAYS, *_SCALES)}
+    network = RidgeNetwork(**leaves, symmetry=arrays.symmetry)
+    if arrays.orientation_weights is None:
+        return network
+    return OrientedNetwork(network, jnp.asarray(arrays.orientation_weights, float))
+
+
+def arrays_of(law: RidgeNetwork | OrientedNetwork) -> RidgeArrays:
+    """The law in numbers, as calibration files hold it.
+
+    Parameters
+    ----------
+    law : of all orientations, or of one whose images share their w.
+
+    Raises
+    ------
+    ValueError
+        Where the law is of another kind, or a number cannot be in a file.
+    """
+    network = law.network if isinstance(law, OrientedNetwork) else law
+    if not isinstance(network, RidgeNetwork):
+        raise ValueError(
+            f"section_law: got a {type(network).__name__}, expected a RidgeNetwork or an OrientedNetwork"
+        )
+    if network.feature_biases.ndim != 1:
+        raise ValueError(
+            f"section_law.feature_biases: got shape {network.feature_biases.shape}, expected one bias a "
+            "feature; save the law of all orientations that this one came from"
+        )
+    return RidgeArrays(
+        **{name: np.asarray(getattr(network, name)) for name in _ARRAYS},
+        **{name: float(getattr(network, name)) for name in _SCALES},
+        symmetry=network.symmetry,
+        orientation_weights=np.asarray(law.orientation_weights) if isinstance(law, OrientedNetwork) else None,
+    )

@@ -81,8 +81,8 @@ def inverse(
     answer = _answer(rod, found[0], given, loads)
     if throw and not answer.solution.converged:
         raise RuntimeError(
-            "inverse: got a target that is not finite, of a negative angle or farther than any rod of this size "
-            "reaches, or a load that is not finite, expected finite ones; throw=False flags this instead"
+            "inverse: got a target that is not finite, of a negative angle or farther than any rod of this "
+            "size reaches, or a load that is not finite, expected others; throw=False flags this instead"
             if answer.solution.result is Result.bad_input
             else f"inverse: {answer.solution.result.message}; throw=False flags this instead"
         )

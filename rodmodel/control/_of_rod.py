@@ -44,8 +44,8 @@ def _law_of(section: Any) -> LawData:
         )
     if not isinstance(law, RidgeNetwork):
         raise ValueError(
-            f"rod: got a section law {type(section).__name__}, expected a RidgeNetwork, which may be mirrored and "
-            "then turned, or a LinearLaw"
+            f"rod: got a section law {type(section).__name__}, expected a RidgeNetwork, which may be "
+            "mirrored and then turned, or a LinearLaw"
         )
     biases = np.asarray(law.feature_biases)
     # Of an orientation of a law of all, each image has its own.

@@ -7,10 +7,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rodmodel.control._of_rod import core_of
-from rodmodel.core import INPUT, JACOBIAN, SOLUTION, Numbers, ffi, lib
+from rodmodel.core import INPUT, JACOBIAN, SOLUTION, CoreRod, Numbers, ffi, lib
 
-from_buffer, NULL = ffi.from_buffer, ffi.NULL
-_SOLUTION_SIZE, _JACOBIAN_SIZE = SOLUTION.itemsize // 8, JACOBIAN.itemsize // 8
+# Looked up once, as a call takes microseconds.
+from_buffer, NULL, asarray = ffi.from_buffer, ffi.NULL, np.asarray
+_DOUBLE, _THREE, _TRUTH = np.dtype(np.float64), (3,), (np.False_, np.True_)
+_JACOBIAN_SIZE = JACOBIAN.itemsize // 8
 _LOADS = ("tip_force", "tip_moment", "gravity", "distributed_force")
 
 
@@ -97,22 +99,14 @@ class Predictor:
         self._steps, self._tolerance = steps, tolerance
         self._options = self._core.options(steps, volumes=False, tolerance=tolerance)
         handle = self._core.handle
-        self._solve, self._differentiate, self._rod = (
-            handle.call.rm_solve,
-            handle.call.rm_solve_with_jacobian,
-            handle.rod,
-        )
-        self._room = [handle.call.rm_workspace_size(handle.rod, steps, jacobian) for jacobian in (0, 1)]
-        template = np.zeros(1, INPUT)
-        template["given"] = lib.RM_LOADS if loads else 0
-        self._template = template.view(np.float64)
-        self._places = [(name, _first_of(INPUT, name)) for name in self.loads]
+        self._call, self._call_with_jacobian = handle.call.rm_solve, handle.call.rm_solve_with_jacobian
+        self._handle = handle.rod
         self._names = set(self.loads)
-        self._warm: Any = None
+        self.reset()
 
     def reset(self) -> None:
         """Forget the last solution: the next single call starts cold."""
-        self._warm = None
+        self._rooms: list[_Room] = [_Room(self._core, self.loads, self._steps)]
 
     def __call__(self, pressure: Numbers, **loads: Numbers) -> Prediction:
         """Predict.
@@ -130,85 +124,64 @@ class Predictor:
         -------
         prediction : rows that cannot be solved are not converged; NaN goes in, NaN comes out.
         """
-        row = self._row(pressure, loads)
-        if row is None:
-            return self._batch(pressure, loads)
-        found = np.empty(_SOLUTION_SIZE)
-        at = from_buffer("rm_solution *", found)
-        self._solve(
-            self._rod,
-            from_buffer("rm_input *", row),
-            self._options,
-            NULL if self._warm is None else self._warm[1],
-            from_buffer("rm_real *", np.empty(self._room[0])),
-            NULL,
-            at,
-        )
-        return self._prediction(found, at)
+        rooms = self._rooms
+        room = rooms.pop() if rooms else _Room(self._core, self.loads, self._steps)
+        try:
+            if not self._fill(room, pressure, loads):
+                return self._batch(pressure, loads)
+            self._call(
+                self._handle, room.input, self._options, room.start, room.workspace, NULL, room.solution
+            )
+            return room.prediction()
+        finally:
+            rooms.append(room)
 
     def jacobian(self, pressure: Numbers, **loads: Numbers) -> tuple[Prediction, TipJacobian]:
         """Predict, and differentiate the tip by pressures and tip force; single calls only."""
-        row = self._row(pressure, loads)
-        if row is None:
-            raise ValueError("pressure, loads: got rows, expected (3,) each")
-        found, derivatives = np.empty(_SOLUTION_SIZE), np.empty(_JACOBIAN_SIZE)
-        at = from_buffer("rm_solution *", found)
-        self._differentiate(
-            self._rod,
-            from_buffer("rm_input *", row),
-            self._options,
-            NULL if self._warm is None else self._warm[1],
-            from_buffer("rm_real *", np.empty(self._room[1])),
-            NULL,
-            at,
-            from_buffer("rm_jacobian *", derivatives),
-            0,
-            NULL,
-            NULL,
-            NULL,
-        )
-        position, turn = derivatives[:36].reshape(3, 12), derivatives[36:72].reshape(3, 12)
-        bend = derivatives[72:96].reshape(2, 12)
-        jacobian = TipJacobian(
-            position[:, :3], turn[:, :3], position[:, 3:6], turn[:, 3:6], bend[:, :3], bend[:, 3:6]
-        )
-        return self._prediction(found, at), jacobian
+        rooms = self._rooms
+        room = rooms.pop() if rooms else _Room(self._core, self.loads, self._steps)
+        try:
+            if not self._fill(room, pressure, loads):
+                raise ValueError("pressure, loads: got rows, expected (3,) each")
+            found = np.empty(_JACOBIAN_SIZE)
+            self._call_with_jacobian(
+                self._handle,
+                room.input,
+                self._options,
+                room.start,
+                room.workspace,
+                NULL,
+                room.solution,
+                from_buffer("rm_jacobian *", found),
+                0,
+                NULL,
+                NULL,
+                NULL,
+            )
+            position, turn = found[:36].reshape(3, 12), found[36:72].reshape(3, 12)
+            bend = found[72:96].reshape(2, 12)
+            return room.prediction(), TipJacobian(
+                position[:, :3], turn[:, :3], position[:, 3:6], turn[:, 3:6], bend[:, :3], bend[:, 3:6]
+            )
+        finally:
+            rooms.append(room)
 
-    def _row(self, pressure: Numbers, loads: dict[str, Numbers]) -> np.ndarray | None:
-        """Input of a single call; None where an argument has rows."""
+    def _fill(self, room: "_Room", pressure: Numbers, loads: dict[str, Numbers]) -> bool:
+        """Put the input of a single call into its place; false where an argument has rows."""
         if loads.keys() != self._names:
             raise ValueError(f"loads: got {sorted(loads)}, expected {sorted(self.loads)}")
-        row = self._template.copy()
-        given = np.asarray(pressure, np.float64)
-        if given.shape != (3,):
-            return self._checked("pressure", given)
-        row[:3] = given
-        for name, first in self._places:
-            given = np.asarray(loads[name], np.float64)
-            if given.shape != (3,):
-                return self._checked(name, given)
-            row[first : first + 3] = given
-        return row
+        given = asarray(pressure, _DOUBLE)
+        if given.shape != _THREE:
+            return _is_of_rows("pressure", given)
+        room.pressure[...] = given
+        for name, place in room.places:
+            given = asarray(loads[name], _DOUBLE)
+            if given.shape != _THREE:
+                return _is_of_rows(name, given)
+            place[...] = given
+        return True
 
-    def _checked(self, name: str, given: np.ndarray) -> None:
-        if given.ndim != 2 or given.shape[1] != 3:
-            raise ValueError(f"{name}: got shape {given.shape}, expected (3,) or (rows, 3)")
-
-    def _prediction(self, found: np.ndarray, at: Any) -> Prediction:
-        good = at.result == 0
-        # The solution's numbers live as long as this start of the next solve.
-        self._warm = (at, at.unknown) if good else None
-        return Prediction(
-            found[0:3],
-            found[3:12].reshape(3, 3),
-            found[14],
-            found[15],
-            np.bool_(good),
-            np.bool_(at.stable),
-            np.bool_(at.in_domain),
-        )
-
-    def _batch(self, pressure: Numbers, loads: dict[str, Numbers]) -> Prediction:
+    def _batch(self, pressure: Numbers, loads: dict[str, Any]) -> Prediction:
         found = self._core.solve_many(
             steps=self._steps, tolerance=self._tolerance, threads=self._threads, pressure=pressure, **loads
         )
@@ -221,6 +194,45 @@ class Predictor:
             found["stable"] != 0,
             found["in_domain"] != 0,
         )
+
+
+class _Room:
+    """Input, solution and workspace of one call at a time, and the start that the last one left."""
+
+    def __init__(self, core: CoreRod, loads: Sequence[str], steps: int) -> None:
+        row, found = np.zeros(1, INPUT), np.zeros(1, SOLUTION)
+        row["given"] = lib.RM_LOADS if loads else 0
+        self.pressure = row["pressure"][0]
+        self.places = [(name, row[name][0]) for name in loads]
+        self.input, self.solution = from_buffer("rm_input *", row), from_buffer("rm_solution *", found)
+        self.workspace = core.handle.workspace(steps, with_jacobian=True)
+        self.start: Any = NULL
+        self._position, self._rotation = found["tip_position"][0], found["tip_rotation"][0]
+        self._numbers = found.view(np.float64)
+        self._angle, self._plane = (_first_of(SOLUTION, name) for name in ("bending_angle", "bending_plane"))
+
+    def prediction(self) -> Prediction:
+        """Prediction of what the core has found."""
+        solution = self.solution
+        good = solution.result == 0
+        # The core reads a start before it writes the solution in whose place it is.
+        self.start = solution.unknown if good else NULL
+        return Prediction(
+            self._position.copy(),
+            self._rotation.copy(),
+            self._numbers[self._angle],
+            self._numbers[self._plane],
+            _TRUTH[good],
+            _TRUTH[solution.stable],
+            _TRUTH[solution.in_domain],
+        )
+
+
+def _is_of_rows(name: str, given: np.ndarray) -> bool:
+    """False, of an argument that has rows; an error for another shape."""
+    if given.ndim != 2 or given.shape[1] != 3:
+        raise ValueError(f"{name}: got shape {given.shape}, expected (3,) or (rows, 3)")
+    return False
 
 
 def _first_of(record: np.dtype, name: str) -> int:

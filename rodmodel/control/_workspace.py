@@ -1,12 +1,12 @@
 """What a rod can reach: poses at pressures that fill the calibrated domain."""
 
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rodmodel.actuator import Domain
-from rodmodel.core import CoreRod, Numbers
+from rodmodel.core import CoreRod
 
 _BATCH = 1024
 
@@ -35,7 +35,7 @@ class Workspace(NamedTuple):
 def workspace(
     rod: CoreRod,
     samples: int,
-    loads: Mapping[str, Numbers | None],
+    loads: Mapping[str, Any],
     advance: Callable[[int, int], None],
     threads: int = 1,
 ) -> Workspace:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
@@ -106,8 +107,14 @@ class CoreRod:
         rest_volume: float = 0.0,
         variant: str = VARIANTS[-1],
     ) -> "CoreRod":
-        """Rod of constant stiffness [N m²], whose free curvature is linear in the pressures [1/(m Pa)]; (3,
-        3) each.""" law = linear_law_data(
+        """Rod of constant stiffness [N m²], its free curvature linear in the pressures [1/(m Pa)].
+
+        Parameters
+        ----------
+        stiffness, curvature_by_pressure : K and C of `rodmodel.LinearLaw`, (3, 3).
+        actuator, domain, rest_volume, variant : as of other rods; the volume per length at rest [m²].
+        """
+        law = linear_law_data(
             np.asarray(stiffness, float), np.asarray(curvature_by_pressure, float), rest_volume
         )
         return cls(Handle(law, actuator, domain, 0.0, variant), actuator, domain, 0.0)
@@ -242,7 +249,7 @@ class CoreRod:
         tolerance: float | None = None,
         threads: int = 1,
         volumes: bool = False,
-        **given: Numbers | None,
+        **given: Any,
     ) -> np.ndarray:
         """Equilibria of many rows at once.
 
@@ -309,9 +316,9 @@ class CoreRod:
         if not self.domain.covers_pressure(pressure):
             first, second, third = self.domain.pressure_max
             raise RuntimeError(
-                f"pressure: got {pressure.tolist()} Pa, expected what the calibration covers, at most {first:g}, "
-                f"{second:g}, {third:g} Pa in chambers 1, 2, 3 and {self.domain.pressure_sum_max:g} Pa in sum; "
-                "throw=False extrapolates"
+                f"pressure: got {pressure.tolist()} Pa, expected what the calibration covers, "
+                f"at most {first:g}, {second:g}, {third:g} Pa in chambers 1, 2, 3 "
+                f"and {self.domain.pressure_sum_max:g} Pa in sum; throw=False extrapolates"
             )
         if not solution.converged:
             raise RuntimeError(
@@ -375,9 +382,9 @@ def in_parts(part: Any, count: int, threads: int) -> None:
     if threads == 1 or count < 2 * threads:
         part(0, count)
         return
-    edges = np.linspace(0, count, threads + 1).astype(int)
+    edges = [count * k // threads for k in range(threads + 1)]
     with ThreadPoolExecutor(threads) as pool:
-        for done in [pool.submit(part, int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]:
+        for done in [pool.submit(part, first, last) for first, last in pairwise(edges)]:
             done.result()
 
 

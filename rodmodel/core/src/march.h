@@ -21,6 +21,7 @@ typedef struct {
     rm_real roughness;     /* largest difference within a step of u L by order 4 and by order 2 [rad] */
     rm_real longest_way;   /* largest |r| over the length of body before it */
     int apart;             /* neighbouring solutions do not meet along the rod */
+    int convex;            /* the stiffness of every section is positive (Legendre's condition) */
 } march_end;
 
 /* Whether no real eigenvalue is negative or zero, given that all are real: if all coefficients of the characteristic
@@ -102,6 +103,7 @@ RM_INLINE void march(const equilibrium *e, const rm_domain *domain, vec turn, ve
     end->roughness = R(0.0);
     end->longest_way = R(0.0);
     end->apart = 1;
+    end->convex = 1;
     mat before = {no_vec(), no_vec(), no_vec()};
     for (int n = 0; n < steps; n++) {
         const rm_real fraction = h * (rm_real)n;
@@ -128,6 +130,7 @@ RM_INLINE void march(const equilibrium *e, const rm_domain *domain, vec turn, ve
                                     stage > 0 ? &near : at, &rate, &s, &drift);
             if (stage == 0) {
                 end->moment_share = larger(end->moment_share, share_of(s.moment, domain));
+                end->convex &= sym_is_positive(s.stiffness);
                 put_vec(nodes[n].position, r);
                 nodes[n].quaternion[0] = q.w;
                 put_vec(nodes[n].quaternion + 1, q.v);
@@ -169,6 +172,7 @@ RM_INLINE void march(const equilibrium *e, const rm_domain *domain, vec turn, ve
     }
     const section_state last = linearise(e->section, scale(R(1.0) / length, turn), columns > 0);
     end->moment_share = larger(end->moment_share, share_of(last.moment, domain));
+    end->convex &= sym_is_positive(last.stiffness);
     end->section = last;
     end->frame = q;
     end->turn = turn;

@@ -240,7 +240,7 @@ void rm_default_options(rm_options *options);
 size_t rm_orient_size(const rm_oriented *oriented);
 void rm_orient(const rm_oriented *oriented, rm_real psi, rm_real *memory, rm_law *law);
 
-/* Equilibrium. `start`: `unknown` of a solution nearby, or NULL. `nodes`: room for steps + 1, or NULL. Returns the
+/* Equilibrium. `start`: `unknown` of a solution nearby, which may be `solution` itself, or NULL. `nodes`: room for steps + 1, or NULL. Returns the
  * solution's `result`. From a start that leads to no stable equilibrium the solve begins anew without it. */
 int rm_solve(const rm_rod *rod, const rm_input *input, const rm_options *options, const rm_real *start,
              rm_real *workspace, rm_node *nodes, rm_solution *solution);

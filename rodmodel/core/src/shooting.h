@@ -6,7 +6,8 @@
  * more than RM_CONTRACTION of the one before (Deuflhard 2011, Newton Methods for Nonlinear Problems, ch. 5). Without
  * them a long load step may end in another one, a coil.
  *
- * Stability: forces and weight have a potential. An equilibrium is a minimum of the energy if no two neighbouring
+ * Stability: the stiffness of every section must be positive (Legendre's condition); where it is not, a wall of the
+ * section would snap. Forces and weight have a potential. An equilibrium is a minimum of the energy if no two neighbouring
  * solutions from the base meet again along the rod (Jacobi's condition), and if the free end resists every turn. A
  * rod that may buckle to any side meets both twice at once, where a determinant keeps its sign; so eigenvalues are
  * looked at. Moments and follower forces have no potential; then, the loads must have passed no branching of
@@ -291,7 +292,8 @@ static void follow(const equilibrium *whole, const rm_domain *domain, vec free_c
         const int done = size <= options->tolerance && !rough;
         const int near = done && farthest(spare, reached->nodes, steps) <= RM_MAX_TURN;
         const int resolved = is_resolved(&end);
-        const int good = done && resolved && (warm || (near && stable));
+        const int holds = stable && end.convex;
+        const int good = done && resolved && (warm || (near && holds));
         /* Written so that a NaN is hopeless. */
         const int hopeful = !done && size <= RM_CONTRACTION * before && size <= RM_MAX_TURN;
 
@@ -311,7 +313,7 @@ static void follow(const equilibrium *whole, const rm_domain *domain, vec free_c
             reached->end = end;
             reached->load_fraction = target;
             reached->load_steps++;
-            reached->stable = stable;
+            reached->stable = holds;
         }
         if (!hopeful && !rough) {
             reached->outcome = good ? ARRIVED : (done && !resolved ? UNRESOLVED : (done && near ? UNSTABLE : DIVERGED));

@@ -166,7 +166,7 @@ static void equilibrate(solve_state *at, const rm_input *input, const rm_options
     memset(nodes, 0, 2 * sizeof *nodes);
     put_vec(reached->unknown, turn);
     reached->load_fraction = R(1.0);
-    reached->stable = 1;
+    reached->stable = sym_is_positive(at->free.stiffness);
     reached->outcome = ARRIVED;
     reached->nodes = nodes;
     end->frame = screw_by(e->mount, turn, way, &end->position);
@@ -277,6 +277,10 @@ static int put_solution(solve_state *at, const rm_input *input, const rm_options
         result = RM_TOO_MANY_SHOTS;
     } else if (reached->load_fraction < R(1.0) && result == RM_SUCCESSFUL) {
         result = RM_NOT_CONVERGED;
+    }
+    if (result == RM_NOT_CONVERGED && reached->load_fraction > R(0.0)) {
+        /* However little more load, there is no equilibrium nearby: the branch turns back here. */
+        result = RM_UNSTABLE;
     }
     if (!(is_finite(tip.x) && is_finite(tip.y) && is_finite(tip.z))) {
         result = RM_NOT_CONVERGED;

@@ -110,6 +110,14 @@ RM_INLINE sym sym_inverse(sym m)
     return inverse;
 }
 
+/* Whether it is positive definite: its leading minors are. */
+RM_INLINE int sym_is_positive(sym m)
+{
+    const rm_real minor = m.xx * m.yy - m.xy * m.xy;
+    const rm_real whole = m.zz * minor - m.xx * m.yz * m.yz - m.yy * m.xz * m.xz + R(2.0) * m.xy * m.yz * m.xz;
+    return (m.xx > R(0.0)) & (minor > R(0.0)) & (whole > R(0.0));
+}
+
 RM_INLINE rm_real determinant(mat m)
 {
     return dot(m.a, cross(m.b, m.c));

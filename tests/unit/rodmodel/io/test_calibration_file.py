@@ -9,7 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rodmodel import Calibration, CalibrationFileError, Layout, read_calibration, save_calibration
+from rodmodel import (
+    Calibration,
+    CalibrationFileError,
+    Layout,
+    OrientedNetwork,
+    RidgeNetwork,
+    read_calibration,
+    save_calibration,
+)
 from rodmodel.io import RANGES, RidgeArrays, ranges_table
 from rodmodel.io.law_arrays import ARRAYS
 from tests.unit.rodmodel import calibrations
@@ -102,6 +110,25 @@ def test_a_file_that_cannot_be_replaced_stays_whole(tmp_path: Path, monkeypatch:
         save_calibration(calibrations.of_twelve_degrees(), path)
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("oriented", [False, True])
+def test_a_calibration_is_made_of_a_differentiable_law_and_gives_it_back(oriented: bool) -> None:
+    arrays = calibrations.ridge_arrays(oriented=oriented)
+    given = calibrations.calibration(arrays)
+    again = Calibration(
+        layout=given.layout,
+        actuator=given.actuator,
+        domain=given.domain,
+        error=given.error,
+        provenance=given.provenance,
+        section_law=given.section_law,
+    )
+    assert isinstance(given.section_law, OrientedNetwork if oriented else RidgeNetwork)
+    assert given.section_law is given.section_law
+    assert again.law.symmetry == arrays.symmetry
+    for name in ARRAYS:
+        np.testing.assert_array_equal(getattr(again.law, name), getattr(arrays, name))
 
 
 @pytest.mark.parametrize(("law", "section_law"), [(None, None), (calibrations.ridge_arrays(), object())])

@@ -7,6 +7,8 @@ from jaxtyping import Array, Float
 
 # Of the azimuth of a rod that bends in its plane of symmetry, whose law is solved for by iteration.
 _ROUNDINGS = 4096
+# Sine squared of the tip's slope, below which a rod is straight for the bend's series.
+_FLAT = 1e-8
 
 
 def bending(
@@ -52,6 +54,33 @@ def bending(
     rounding = azimuth > -_ROUNDINGS * jnp.finfo(azimuth.dtype).eps
     below = jnp.minimum(jax.lax.stop_gradient(azimuth), 0.0)
     return angle, jnp.where(rounding, azimuth - below, azimuth + 2.0 * jnp.pi)
+
+
+def bend(tangent: Float[Array, "3"], angle: Float[Array, ""]) -> Float[Array, "2"]:
+    """Bending angle as a vector (θ cos γ, θ sin γ) [rad]: smooth also where the rod is straight.
+
+    θ = arctan(h/t_z), h² = t_x² + t_y², and θ (cos γ, sin γ) is −(t_x, t_y) θ/h.
+
+    Parameters
+    ----------
+    tangent : t, of the tip.
+    angle : θ as `bending` counts it [rad]; it tells the half turn.
+    """
+    ahead, up = -tangent[:2], tangent[2]
+    size = jnp.sum(ahead**2)
+    straight = (size < _FLAT) & (angle < 1.0)
+    near = ahead / jnp.where(straight, up, 1.0) * (1.0 - size / 3.0)
+    # Past a half turn θ grows as the tangent comes up again, on the other side.
+    half_turns = jax.lax.stop_gradient(jnp.floor(angle / jnp.pi))
+    back = half_turns % 2.0 == 1.0
+    vertical = size == 0.0
+    sine = jnp.sqrt(jnp.where(straight | vertical, 1.0, size))
+    polar = jnp.arctan2(sine, up)
+    theta = jnp.pi * half_turns + jnp.where(back, jnp.pi - polar, polar)
+    away = jnp.where(back, -theta, theta) * ahead / sine
+    # A tangent that points straight down has no azimuth: γ is zero.
+    down = jax.lax.stop_gradient(angle) * jnp.array([1.0, 0.0], tangent.dtype)
+    return jnp.where(straight, near, jnp.where(vertical, down, away))
 
 
 def _half_turns(tangents: Float[Array, "n 3"], chord: Float[Array, "3"]) -> Float[Array, ""]:

@@ -7,7 +7,8 @@ import diffrax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from rodmodel._components import screw_by
+from rodmodel.kinematics import cross_matrix, screw
+from rodmodel.statics._equilibrium import State
 
 # Of ad_Θ⁰, ad_Θ¹, ad_Θ², …: Bernoulli numbers over factorials, enough for order 8.
 _DEXPINV = (1.0, 0.5, 1.0 / 12.0, 0.0, -1.0 / 720.0, 0.0, 1.0 / 30240.0)
@@ -17,9 +18,8 @@ _DEXPINV = (1.0, 0.5, 1.0 / 12.0, 0.0, -1.0 / 720.0, 0.0, 1.0 / 30240.0)
 class MuntheKaas(diffrax.AbstractSolver):
     """Runge-Kutta method in the logarithm of the motion since the start of the step.
 
-    The state is (r, q, u): position, quaternion of the frame R, scalar first, and three more numbers. The
-    vector field gives its rate as (v, (0, ω), u'), v and ω in the frame: r' = R v, R' = R ω̂. In a step, with
-    (r, R) = (r₀, R₀) exp Θ,
+    The state is a `State`, and the vector field gives its rate (v, ω̂, u') in the frame: r' = R v, R' = R ω̂.
+    In a step, with (r, R) = (r₀, R₀) exp Θ,
 
         Θ' = a + ½ [Θ, a] + (1/12) [Θ, [Θ, a]] − …,   a = (v, ω)
 
@@ -51,58 +51,58 @@ class MuntheKaas(diffrax.AbstractSolver):
         """Order of the method."""
         return self.method.order(terms)
 
-    def init(self, terms: Any, t0: Any, t1: Any, y0: Array, args: Any) -> None:
+    def init(self, terms: Any, t0: Any, t1: Any, y0: State, args: Any) -> None:
         """Nothing is carried from step to step: each has a chart of its own."""
         del terms, t0, t1, y0, args
 
     def step(
-        self, terms: Any, t0: Any, t1: Any, y0: Array, args: Any, solver_state: None, made_jump: Any
-    ) -> tuple[Array, Array, dict[str, Any], None, diffrax.RESULTS]:
+        self, terms: Any, t0: Any, t1: Any, y0: State, args: Any, solver_state: None, made_jump: Any
+    ) -> tuple[State, State, dict[str, Any], None, diffrax.RESULTS]:
         """One step."""
         del solver_state, made_jump
 
         def rate(t: Any, z: Array, args: Any) -> Array:
-            body = terms.vf(t, _from_chart(y0, z), args)
-            motion = jnp.concatenate([body[:3], body[4:7]])
-            return jnp.concatenate([_dexpinv(z[:6], motion), body[7:]])
+            body: State = terms.vf(t, _from_chart(y0, z), args)
+            motion = jnp.stack([body.rotation[2, 1], body.rotation[0, 2], body.rotation[1, 0]])
+            return jnp.concatenate([*_dexpinv(z[:3], z[3:6], body.position, motion), body.turn])
 
         chart = diffrax.ODETerm(rate)
-        start = jnp.concatenate([jnp.zeros(6, y0.dtype), y0[7:]])
+        start = jnp.concatenate([jnp.zeros(6, y0.turn.dtype), y0.turn])
         state = self.method.init(chart, t0, t1, start, args)
         end, error, inner, _, result = self.method.step(chart, t0, t1, start, args, state, jnp.array(True))
-        error = jnp.concatenate([error[:3], jnp.zeros(1, y0.dtype), error[3:]])
-        return _from_chart(y0, end), error, {"base": y0, "inner": inner}, None, result
+        estimate = State(error[:3], cross_matrix(error[3:6]), error[6:])
+        return _from_chart(y0, end), estimate, {"base": y0, "inner": inner}, None, result
 
-    def func(self, terms: Any, t0: Any, y0: Array, args: Any) -> Array:
+    def func(self, terms: Any, t0: Any, y0: State, args: Any) -> State:
         """Vector field."""
-        return terms.vf(t0, y0, args)
+        rate: State = terms.vf(t0, y0, args)
+        return rate
 
 
 class _Dense(diffrax.AbstractLocalInterpolation):
     t0: Any  # type: ignore[misc]
     t1: Any  # type: ignore[misc]
-    base: Float[Array, " n"]
+    base: State
     inner: diffrax.AbstractLocalInterpolation
 
-    def evaluate(self, t0: Any, t1: Any | None = None, left: bool = True) -> Array:
+    def evaluate(self, t0: Any, t1: Any | None = None, left: bool = True) -> State:
         if t1 is not None:
-            return self.evaluate(t1) - self.evaluate(t0)
+            raise NotImplementedError("the difference of two frames is no frame")
         return _from_chart(self.base, self.inner.evaluate(t0, None, left))
 
 
-def _from_chart(base: Float[Array, " n"], z: Float[Array, " m"]) -> Float[Array, " n"]:
+def _from_chart(base: State, z: Float[Array, "9"]) -> State:
     """State of a logarithm Θ and of u."""
-    q, shift = screw_by(tuple(base[3:7]), tuple(z[3:6]), tuple(z[:3]))
-    return jnp.concatenate([base[:3] + jnp.stack(shift), jnp.stack(q), z[6:]])
+    shift, rotation = screw(z[3:6], z[:3])
+    return State(base.position + base.rotation @ shift, base.rotation @ rotation, z[6:])
 
 
-def _dexpinv(theta: Float[Array, "6"], motion: Float[Array, "6"]) -> Float[Array, "6"]:
-    total = motion
+def _dexpinv(
+    v: Float[Array, "3"], w: Float[Array, "3"], shift: Float[Array, "3"], turn: Float[Array, "3"]
+) -> tuple[Array, Array]:
+    """Θ' of a motion (shift, turn); Θ = (v, w)."""
+    shifts, turns = shift, turn
     for factor in _DEXPINV[1:]:
-        v, w = theta[:3], theta[3:]
-        motion = jnp.concatenate(
-            [jnp.cross(w, motion[:3]) + jnp.cross(v, motion[3:]), jnp.cross(w, motion[3:])]
-        )
-        if factor != 0.0:
-            total = total + factor * motion
-    return total
+        shift, turn = jnp.cross(w, shift) + jnp.cross(v, turn), jnp.cross(w, turn)
+        shifts, turns = shifts + factor * shift, turns + factor * turn
+    return shifts, turns

@@ -1,13 +1,13 @@
 """Rods of several windings as one, whose arrays have a leading axis: a batch over layouts."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from rodmodel._rod import Rod
-from rodmodel.calibration_file import Domain
+from rodmodel.actuator import Domain
+from rodmodel.rod._rod import Rod
 from rodmodel.section import in_common_form
 
 
@@ -24,8 +24,8 @@ def stack(rods: Sequence[Rod]) -> Rod:
 
     Returns
     -------
-    rods : whose `solve`, `jacobian` and `inverse` are for `jax.vmap`; a predictor is of one rod. Each solves
-        as it did alone, to rounding; what every one costs is that of the one with the most ridges.
+    rods : whose `solve` and `jacobian` are for `jax.vmap`; `inverse` and predictors are of one rod. Each
+        solves as it did alone, to rounding; what every one costs is that of the one with the most ridges.
 
     Raises
     ------
@@ -38,10 +38,12 @@ def stack(rods: Sequence[Rod]) -> Rod:
         Rod(law, rod.actuator, _with_torque(rod.domain), rod.angle_error)
         for rod, law in zip(rods, in_common_form([rod.section for rod in rods]), strict=True)
     ]
-    stacked: Rod = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(leaf) for leaf in leaves]), *alike)
+    stacked: Rod = jax.tree.map(
+        lambda *leaves: jnp.stack([jnp.asarray(leaf, float) for leaf in leaves]), *alike
+    )
     return stacked
 
 
 def _with_torque(domain: Domain) -> Domain:
     """The same domain with its torque in a number."""
-    return eqx.tree_at(lambda d: d.torque_max, domain, domain.moment_axes[2], is_leaf=lambda x: x is None)
+    return replace(domain, torque_max=domain.moment_axes[2])

@@ -5,8 +5,8 @@ from typing import final
 import equinox as eqx
 from jaxtyping import ArrayLike, Float
 
-from rodmodel._rod import Rod
-from rodmodel.calibration_file import Actuator, Domain, Number
+from rodmodel.actuator import Actuator, Domain, Number
+from rodmodel.rod._rod import Rod
 from rodmodel.section import OrientedNetwork
 
 

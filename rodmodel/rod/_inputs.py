@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from rodmodel._solution import Numbers
+from rodmodel.statics import Numbers
 
 # By how much base_rotation may miss a rotation, entry by entry: enough for one rounded to single precision.
 _ORTHOGONAL = 1e-5

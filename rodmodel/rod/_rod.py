@@ -1,28 +1,36 @@
 """The rod: a section law, an actuator's dimensions, and the solve."""
 
 from collections.abc import Sequence
-from typing import Any, final
+from typing import TYPE_CHECKING, Any, final
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from rodmodel._bending import bending
-from rodmodel._ends import base_turn, cap_centre, is_zero, tip_offset
-from rodmodel._equilibria import Adaptive, FixedStep, Solver, solve_shape
-from rodmodel._follow import CONVERGED, UNSTABLE, Reached
-from rodmodel._inputs import all_finite, is_rotation, vector_of
-from rodmodel._inverse import MESSAGES, Inverse, Target, find_pressure
-from rodmodel._jacobian import Jacobian, PoseDerivative, turn_change
-from rodmodel._loads import Loads, into_base, resultants
-from rodmodel._predictor import Predictor
-from rodmodel._raising import raise_where
-from rodmodel._rotation import screw
-from rodmodel._shape import Shape
-from rodmodel._solution import RESULTS, Numbers, Solution
-from rodmodel.calibration_file import Actuator, Domain, Number
+from rodmodel.actuator import Actuator, Domain, Number
+from rodmodel.kinematics import Shape, bend, bending, rotation_of
+from rodmodel.rod._inputs import all_finite, is_rotation, vector_of
+from rodmodel.rod._jacobian import Jacobian, jacobian_of
+from rodmodel.rod._raising import raise_where
 from rodmodel.section import SectionLaw
+from rodmodel.statics import (
+    RESULTS,
+    Adaptive,
+    Loads,
+    Numbers,
+    Solution,
+    Solver,
+    base_turn,
+    cap_centre,
+    into_base,
+    result_of,
+    solve_shape,
+    tip_offset,
+)
+
+if TYPE_CHECKING:
+    import rodmodel.control
 
 
 @final
@@ -69,10 +77,10 @@ class Rod(eqx.Module):
         """Equilibrium under chamber pressures and loads.
 
         Without loads the rod is an arc of the free curvature, in closed form. With loads the equations of
-        `rodmodel._balance.Equilibrium` are integrated and solved by shooting; where it takes that to
-        stay with the rod, the loads grow in proportion from zero. The equilibrium is the stable one that the
-        rod goes to. Where it would snap, or buckle to no side in particular, the solve ends there without
-        convergence. A load that is not given costs nothing.
+        the rod are integrated and solved by shooting; where it takes that to stay with the rod, the loads
+        grow in proportion from zero. The equilibrium is the stable one that the rod goes to. Where it would
+        snap, or buckle to no side in particular, the solve ends there without convergence; `result` tells
+        why it ended. A load that is not given costs nothing.
 
         Parameters
         ----------
@@ -134,7 +142,7 @@ class Rod(eqx.Module):
                 f"start: got a solution with {unknown.shape} unknowns, expected ({unknowns},): one "
                 "that has a follower force where there is one now, and none where there is none"
             )
-        solution, problems = self._solve(pressures, loads, position, rotation, unknown, solver)
+        solution, problems = self._in_arrays()._solve(pressures, loads, position, rotation, unknown, solver)
         return raise_where(solution, problems, self._messages()) if throw else solution
 
     def inverse(
@@ -146,7 +154,7 @@ class Rod(eqx.Module):
         tip_moment: Numbers | None = None,
         gravity: Numbers | None = None,
         throw: bool = True,
-    ) -> Inverse:
+    ) -> "rodmodel.control.Inverse":
         """Pressures for a wanted bend, or for a wanted position of the tip, with least co-contraction.
 
         Pressures stay within the calibrated domain. One chamber stays without pressure wherever the target
@@ -175,16 +183,13 @@ class Rod(eqx.Module):
         RuntimeError
             See `throw`.
         """
-        length = self.actuator.body_length + self.actuator.cap_length
-        target = Target.of(bending_angle, bending_plane, tip_position, length)
-        loads = {"tip_force": tip_force, "tip_moment": tip_moment, "gravity": gravity}
-        given = {name: jnp.asarray(load, float) for name, load in loads.items() if load is not None}
-        solve = eqx.Partial(Rod.solve, self, throw=False, solver=FixedStep(), **given)
-        carried = resultants(Loads(**given), self.actuator, target.point.dtype) if given else None
-        found, problems = find_pressure(solve, self.section, self.actuator, carried, self.domain, target)
-        return raise_where(found, problems, MESSAGES) if throw else found
+        # Imported late: it is the compiled core that searches.
+        from rodmodel.control import inverse_of_rod
 
-    @eqx.filter_jit
+        return inverse_of_rod(
+            self, bending_angle, bending_plane, tip_position, tip_force, tip_moment, gravity, throw
+        )
+
     def jacobian(
         self,
         pressure: Numbers,
@@ -212,46 +217,37 @@ class Rod(eqx.Module):
         solution : flags included: where it has not converged, the derivatives are those of what it reached.
         jacobian : derivatives.
         """
+        given = {"tip_force": tip_force, "tip_moment": tip_moment, "gravity": gravity}
+        none = jnp.zeros(3)
+        inputs = {"pressure": jnp.asarray(pressure, float)}
+        inputs |= {name: none if load is None else jnp.asarray(load, float) for name, load in given.items()}
+        other = {
+            name: value if name == "start" else jnp.asarray(value, float) for name, value in loads.items()
+        }
         s = jnp.asarray(arc_lengths, float)
+        return self._in_arrays()._jacobian(inputs, s, other, solver)
 
-        def given(load: Numbers | None) -> Float[Array, "3"]:
-            return jnp.zeros(3) if load is None else jnp.asarray(load, float)
+    def predictor(self, loads: Sequence[str] = (), **options: Any) -> "rodmodel.control.Predictor":
+        """Prepare this rod for a control loop: see [`rodmodel.Predictor`][] for the options."""
+        from rodmodel.control import Predictor
 
-        inputs = (jnp.asarray(pressure, float), given(tip_force), given(tip_moment), given(gravity))
-
-        def pose(inputs: tuple[Array, ...]) -> tuple[dict[str, Array], tuple[Solution, dict[str, Array]]]:
-            solution = self.solve(
-                inputs[0], inputs[1], inputs[2], inputs[3], throw=False, solver=solver, **loads
-            )
-            answer = {
-                "tip_position": solution.tip_position,
-                "tip_rotation": solution.tip_rotation,
-                "bending_angle": solution.bending_angle,
-                "bending_plane": solution.bending_plane,
-                "positions": solution.centreline(s),
-                "rotations": solution.frames(s),
-            }
-            return answer, (solution, answer)
-
-        by_inputs, (solution, answer) = jax.jacfwd(pose, has_aux=True)(inputs)
-
-        def of(which: int) -> PoseDerivative:
-            by = {name: values[which] for name, values in by_inputs.items()}
-            return PoseDerivative(
-                tip_position=by["tip_position"],
-                tip_turn=turn_change(answer["tip_rotation"], by["tip_rotation"]),
-                bending_angle=by["bending_angle"],
-                bending_plane=by["bending_plane"],
-                positions=by["positions"],
-                turns=jax.vmap(turn_change)(answer["rotations"], by["rotations"]),
-            )
-
-        jacobian = Jacobian(pressure=of(0), tip_force=of(1), tip_moment=of(2), gravity=of(3), arc_lengths=s)
-        return solution, jacobian
-
-    def predictor(self, loads: Sequence[str] = (), **options: Any) -> Predictor:
-        """Compile this rod for a control loop: see [`rodmodel.Predictor`][] for the options."""
         return Predictor(self, loads, **options)
+
+    def _in_arrays(self) -> "Rod":
+        """The same rod, its numbers in arrays: one compilation serves all rods of one shape."""
+        rod: Rod = jax.tree.map(lambda x: jnp.asarray(x, float) if isinstance(x, float | int) else x, self)
+        return rod
+
+    @eqx.filter_jit
+    def _jacobian(
+        self, inputs: dict[str, Array], arc_lengths: Float[Array, " s"], other: dict[str, Any], solver: Solver
+    ) -> tuple[Solution, Jacobian]:
+        """Solution, and derivatives by each of the inputs."""
+
+        def solve(inputs: dict[str, Array]) -> Solution:
+            return self.solve(**inputs, throw=False, solver=solver, **other)
+
+        return jacobian_of(solve, inputs, arc_lengths)
 
     @eqx.filter_jit
     def _solve(
@@ -275,41 +271,39 @@ class Rod(eqx.Module):
             loads = into_base(loads, base_rotation)
 
         law = self.section.at(pressure)
-        turn = base_turn(self.actuator, pressure, law, law.free_curvature)
-        mount = None if turn is None else screw(turn, jnp.ones((), turn.dtype))[1]
-        if mount is not None:
-            loads = into_base(loads, mount)
+        mount = rotation_of(base_turn(self.actuator, pressure, law))
         offset = tip_offset(self.actuator, law.free_curvature)
-        shape, reached = solve_shape(law, loads, self.actuator, offset, start, solver)
+        shape, reached = solve_shape(law, into_base(loads, mount), self.actuator, offset, start, solver)
 
         pressure_in_domain = self.domain.covers_pressure(pressure)
-        _, curvatures, _ = shape.samples()
+        curvatures, _ = shape.samples()
         covered = jax.vmap(self.domain.covers_moment)(jax.vmap(law.moment)(curvatures))
         in_domain = good & pressure_in_domain & jnp.all(covered)
         positions, rotations = shape.poses()
-        end, tip_rotation, tangents = positions[-1], rotations[-1], rotations[:, :, 2]
-        tip_position = cap_centre(self.actuator, offset, end, tip_rotation)
-        if mount is not None:
-            end, tip_rotation, tangents = mount @ end, mount @ tip_rotation, tangents @ mount.T
-            tip_position = mount @ tip_position
-        angle, plane = bending(tangents, end)
+        tip_rotation, tangents = mount @ rotations[-1], rotations[:, :, 2] @ mount.T
+        tip_position = mount @ cap_centre(self.actuator, offset, positions[-1], rotations[-1])
+        angle, plane = bending(tangents, mount @ positions[-1])
+        bent = bend(tangents[-1], angle)
         if base_rotation is not None:
             tip_position, tip_rotation = base_rotation @ tip_position, base_rotation @ tip_rotation
         if base_position is not None:
             tip_position = base_position + tip_position
-        converged = good & (reached.load_fraction == 1.0) & (reached.outcome == CONVERGED)
-        converged = converged & jnp.all(jnp.isfinite(tip_position))
+        ended: Any = result_of(reached)
+        names: Any = RESULTS
+        ended = RESULTS.where(jnp.all(jnp.isfinite(tip_position)), ended, names.not_converged)
+        result = RESULTS.where(good, ended, names.bad_input)
         solution = Solution(
             tip_position=tip_position,
             tip_rotation=tip_rotation,
             bending_angle=angle,
             bending_plane=plane,
+            bend=bent,
             chamber_volume=self._chamber_volume(pressure, shape),
-            converged=converged,
-            result=_result(good, converged, reached),
+            converged=result == names.successful,
+            result=result,
             stable=reached.stable & good,
             in_domain=in_domain,
-            error_estimate=jnp.where(in_domain, self.angle_error * jnp.ones_like(angle), jnp.nan),
+            error_estimate=jnp.where(in_domain, self.angle_error, jnp.nan),
             stats={
                 "load_fraction": reached.load_fraction,
                 "load_steps": reached.load_steps,
@@ -334,18 +328,15 @@ class Rod(eqx.Module):
 
         What the ends hold at its volume at rest takes its part of the change away.
         """
-        _, curvatures, weights = shape.samples()
+        curvatures, weights = shape.samples()
         # The stiff end holds as much per length as the rest.
         weights = weights * (self.actuator.body_length / self.actuator.bending_length)
 
         def potential(pressure: Float[Array, "3"]) -> Float[Array, ""]:
-            # Without the free curvature, which the law at a pressure comes with.
-            return weights @ jax.vmap(self.section.potential, (0, None))(curvatures, pressure)
+            return weights @ jax.vmap(self.section.contracted(pressure).energy)(curvatures)
 
         volume = -jax.jacfwd(potential)(pressure)
         length, held = self.actuator.body_length, self.actuator.held_length
-        if is_zero(held):
-            return volume
         none = jnp.zeros_like(pressure)
         rest = length * self.section.volume(none, none)
         return rest + (1.0 - held / length) * (volume - rest)
@@ -369,11 +360,3 @@ class Rod(eqx.Module):
             "solve: no equilibrium was found under the full load, expected a load that the rod can carry; "
             "throw=False returns the equilibrium at the largest fraction of it that was reached",
         ]
-
-
-def _result(good: Bool[Array, ""], converged: Bool[Array, ""], reached: Reached) -> RESULTS:
-    # An enumeration's members are of its type, which a type checker does not see.
-    names: Any = RESULTS
-    failed = RESULTS.where(reached.outcome == UNSTABLE, names.unstable, names.not_converged)
-    ended = RESULTS.where(converged, names.successful, failed)
-    return RESULTS.where(good, ended, names.bad_input)

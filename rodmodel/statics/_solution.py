@@ -1,15 +1,16 @@
 """What a solve returns: the pose, the shape, and how far to trust them."""
 
 from collections.abc import Callable, Sequence
-from typing import final
+from typing import Any, final
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
-from rodmodel._shape import Shape
-from rodmodel.calibration_file import Number
+from rodmodel.actuator import Number
+from rodmodel.kinematics import Shape
+from rodmodel.statics._shooting import DIVERGED, TOO_MANY_SHOTS, UNRESOLVED, UNSTABLE, Reached
 
 
 class RESULTS(eqx.Enumeration):
@@ -19,6 +20,23 @@ class RESULTS(eqx.Enumeration):
     bad_input = "a pressure was negative, an input not finite, or base_rotation no rotation"
     unstable = "the rod would snap, or buckle to no side in particular, before the whole load is on it"
     not_converged = "Newton's method found no equilibrium that the rod could have gone to"
+    unresolved = "the rod turns too sharply for the steps along it: more of them, or Adaptive, may do"
+    too_many_shots = "the bound on integrations from base to end was met before the whole load was on the rod"
+
+
+def result_of(reached: Reached) -> RESULTS:
+    """How a solve of good input ended."""
+    # An enumeration's members are of its type, which a type checker does not see.
+    names: Any = RESULTS
+    ended = names.successful
+    for outcome, name in (
+        (DIVERGED, names.not_converged),
+        (UNSTABLE, names.unstable),
+        (UNRESOLVED, names.unresolved),
+        (TOO_MANY_SHOTS, names.too_many_shots),
+    ):
+        ended = RESULTS.where(reached.outcome == outcome, name, ended)
+    return ended
 
 
 # Part of the body over which the axis goes aside to where the cap is: 15 mm of the paper's actuator.
@@ -42,6 +60,7 @@ class Solution(eqx.Module):
     bending_angle : angle θ of the tip's tangent from +z, continued past 180° [rad].
     bending_plane : azimuth γ in [0, 2π) [rad]; 0 where chamber 1 alone would bend the rod, 2π/3 for chamber
         2. Zero for a straight rod.
+    bend : (θ cos γ, θ sin γ) [rad], smooth where the rod is straight and γ is not.
     chamber_volume : of each chamber, over the length of the body [m³].
     converged : whether the full load was reached. Where not, all is at `stats["load_fraction"]` of it.
     result : how the solve ended, one of [`RESULTS`][]; `converged` is that it was `successful`.
@@ -52,12 +71,12 @@ class Solution(eqx.Module):
         Of the full actuator where the calibration knows of it, and of the cell elsewhere; see
         [`rodmodel.Calibration.angle_error`][]. It says nothing of what the finite elements leave out.
     stats : `load_fraction` reached, `load_steps` that it took, and `shots`: integrations from base to end.
-    shape : of the body's axis in the frame of the base, for the methods.
+    shape : of the body's axis in the frame of the first section, for the methods.
     unknown : what the shooting solved for, u L at the base and after it, where there is a follower force,
-        that force in the frame of the base [N]: a start for the next solve.
+        that force in the frame of the first section [N]: a start for the next solve.
     base_position, base_rotation : where the base is; None for the origin, along +z.
-    mount : frame of the first section in that of the base; None for the same.
-    tip_offset : how far the cap lies beside the end of the shape, in its frame [m]; None for not at all.
+    mount : frame of the first section in that of the base.
+    tip_offset : how far the cap lies beside the end of the shape, in its frame [m].
     tip_length : of the straight part behind the shape, the cap in it [m].
     """
 
@@ -65,6 +84,7 @@ class Solution(eqx.Module):
     tip_rotation: Float[Array, "3 3"]
     bending_angle: Float[Array, ""]
     bending_plane: Float[Array, ""]
+    bend: Float[Array, "2"]
     chamber_volume: Float[Array, "3"]
     converged: Bool[Array, ""]
     result: RESULTS
@@ -76,8 +96,8 @@ class Solution(eqx.Module):
     unknown: Float[Array, " n"]
     base_position: Float[Array, "3"] | None
     base_rotation: Float[Array, "3 3"] | None
-    mount: Float[Array, "3 3"] | None
-    tip_offset: Float[Array, "3"] | None
+    mount: Float[Array, "3 3"]
+    tip_offset: Float[Array, "3"]
     tip_length: Number
 
     def centreline(self, arc_length: Numbers) -> Float[Array, "*s 3"]:
@@ -124,18 +144,13 @@ class Solution(eqx.Module):
         position, rotation = self.shape.pose(body)
         # Straight on behind the shape.
         position = position + (s - body) * rotation[:, 2]
-        if self.tip_offset is not None:
-            position = position + self._share_of_offset(body) * rotation @ self.tip_offset
-        if self.mount is not None:
-            position = self.mount @ position
+        position = self.mount @ (position + self._share_of_offset(body) * rotation @ self.tip_offset)
         if self.base_rotation is not None:
             position = self.base_rotation @ position
         return position if self.base_position is None else self.base_position + position
 
     def _rotation(self, s: Float[Array, ""]) -> Float[Array, "3 3"]:
-        rotation = self.shape.pose(self._in_shape(s))[1]
-        if self.mount is not None:
-            rotation = self.mount @ rotation
+        rotation = self.mount @ self.shape.pose(self._in_shape(s))[1]
         return rotation if self.base_rotation is None else self.base_rotation @ rotation
 
     def _curvature(self, s: Float[Array, ""]) -> Float[Array, "3"]:

@@ -6,15 +6,14 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from rodmodel._components import Quaternion, into_body, triple
-from rodmodel.calibration_file import Actuator
+from rodmodel.actuator import Actuator
 
 Vector = Float[Array, "3"]
 
 
 @final
 class Loads(eqx.Module):
-    """Loads in the frame of the base. What is None is absent and costs nothing.
+    """Loads in the frame of the base. What is None is absent.
 
     Attributes
     ----------
@@ -56,7 +55,7 @@ class Resultants(NamedTuple):
     follower_moment: Vector
     """[N m], frame of the cap."""
     follower_force: Vector | None
-    """[N], frame of the cap."""
+    """[N], frame of the cap; None where there is none, and three unknowns less."""
 
 
 def resultants(loads: Loads, actuator: Actuator, dtype: jnp.dtype) -> Resultants:
@@ -84,7 +83,7 @@ def resultants(loads: Loads, actuator: Actuator, dtype: jnp.dtype) -> Resultants
 def into_base(loads: Loads, rotation: Float[Array, "3 3"]) -> Loads:
     """Loads in the world frame, as seen from a base; follower loads are in the frame of the cap."""
 
-    def turned(load: Float[Array, "3"] | None) -> Float[Array, "3"] | None:
+    def turned(load: Vector | None) -> Vector | None:
         return None if load is None else rotation.T @ load
 
     return Loads(
@@ -94,19 +93,4 @@ def into_base(loads: Loads, rotation: Float[Array, "3 3"]) -> Loads:
         distributed_force=turned(loads.distributed_force),
         follower_force=loads.follower_force,
         follower_moment=loads.follower_moment,
-    )
-
-
-def mounted(loads: Resultants, frame: Quaternion) -> Resultants:
-    """The same seen from a frame in that of the base."""
-
-    def turned(load: Vector) -> Vector:
-        return jnp.stack(into_body(frame, triple(load)))
-
-    return loads._replace(
-        end_force=turned(loads.end_force),
-        cap_force=turned(loads.cap_force),
-        body_force=turned(loads.body_force),
-        lever=turned(loads.lever),
-        end_moment=turned(loads.end_moment),
     )

@@ -1,0 +1,39 @@
+"""Integral over the body of what is known at equally spaced points."""
+
+from functools import cache
+
+import numpy as np
+
+# Of the differences at the ends, from the first on.
+_FACTORS = (
+    1.0 / 12.0,
+    1.0 / 24.0,
+    19.0 / 720.0,
+    3.0 / 160.0,
+    863.0 / 60480.0,
+    275.0 / 24192.0,
+    33953.0 / 3628800.0,
+    8183.0 / 1036800.0,
+)
+
+
+@cache
+def integral_weights(steps: int) -> np.ndarray:
+    """Weights of the `steps` + 1 points in the integral over the whole body, as a fraction of its length.
+
+    Gregory's rule: trapezoids, and differences at the ends, 8 of them or as many as there are steps,
+
+        ∫ f ≈ h [Σ f − (f₀ + f_n)/2] − h Σ_k c_k (∇ᵏ f_n + (−1)ᵏ Δᵏ f₀)
+
+    References
+    ----------
+    Davis and Rabinowitz (1984), Methods of Numerical Integration, sec. 2.9.
+    """
+    weights = np.ones(steps + 1)
+    weights[[0, -1]] -= 0.5
+    difference = np.ones(1)  # (−1)ⁱ (k over i), from the end inwards
+    for factor in _FACTORS[:steps]:
+        difference = np.convolve(difference, [1.0, -1.0])
+        weights[: difference.size] -= factor * difference
+        weights[::-1][: difference.size] -= factor * difference
+    return weights / steps

@@ -1,0 +1,157 @@
+"""The shape of the body's axis: an arc of constant curvature, or sections at equal distances."""
+
+import abc
+from typing import final
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from rodmodel.actuator import Number
+from rodmodel.kinematics._integral import integral_weights
+from rodmodel.kinematics._rotation import screw
+
+# Less than half a turn between two of them, up to eight turns.
+ARC_SAMPLES = 17
+
+_GAUSS = (0.5 - np.sqrt(3.0) / 6.0, 0.5 + np.sqrt(3.0) / 6.0)
+_AXIS = np.array([0.0, 0.0, 1.0])
+
+
+class Shape(eqx.Module):
+    """Pose and curvature along the body, and how to sum over it."""
+
+    length: eqx.AbstractVar[Number]
+    """Of the body [m]."""
+
+    @abc.abstractmethod
+    def pose(self, arc_length: Float[Array, ""]) -> tuple[Float[Array, "3"], Float[Array, "3 3"]]:
+        """Position r(s) [m] and frame R(s), directors as columns, in the frame of the first section."""
+
+    @abc.abstractmethod
+    def curvature(self, arc_length: Float[Array, ""]) -> Float[Array, "3"]:
+        """Curvature and twist u(s) [1/m], body frame."""
+
+    @abc.abstractmethod
+    def poses(self) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 3"]]:
+        """Positions [m] and frames along the body, base to end, close enough to count the turns."""
+
+    @abc.abstractmethod
+    def samples(self) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
+        """Curvatures [1/m] at some sections, and the weights [m] that integrate over the body."""
+
+
+@final
+class Arc(Shape):
+    """Constant curvature along the body."""
+
+    base_curvature: Float[Array, "3"]
+    length: Number
+
+    def pose(self, arc_length: Float[Array, ""]) -> tuple[Float[Array, "3"], Float[Array, "3 3"]]:
+        """See `Shape.pose`."""
+        return screw(arc_length * self.base_curvature, arc_length * jnp.asarray(_AXIS, arc_length.dtype))
+
+    def curvature(self, arc_length: Float[Array, ""]) -> Float[Array, "3"]:
+        """See `Shape.curvature`."""
+        del arc_length
+        return self.base_curvature
+
+    def poses(self) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 3"]]:
+        """See `Shape.poses`."""
+        parts = jnp.linspace(0.0, 1.0, ARC_SAMPLES, dtype=self.base_curvature.dtype)
+        return jax.vmap(self.pose)(self.length * parts)
+
+    def samples(self) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
+        """See `Shape.samples`."""
+        return self.base_curvature[None], jnp.asarray([self.length], self.base_curvature.dtype)
+
+
+@final
+class Stepped(Shape):
+    """Sections at equal distances, curvature between them Hermite's cubic, and the pose Magnus' expansion.
+
+    In a part of the body that starts at (r₀, R₀), with κ₁, κ₂ the curvatures at the two Gauss points of the
+    length h up to the section, the pose is (r₀, R₀) exp Ω,
+
+        Ω = h (a₁ + a₂)/2 + (√3/12) h² [a₁, a₂],   a = (e₃, κ) in se(3)
+
+    which is of order 4, and exact where the curvature is constant.
+
+    References
+    ----------
+    Iserles, Munthe-Kaas, Nørsett and Zanna (2000), Acta Numerica 9, 215, sec. 5; brackets have the sign of a
+    frame that is multiplied from the right.
+    """
+
+    positions: Float[Array, "nodes 3"]
+    rotations: Float[Array, "nodes 3 3"]
+    node_curvatures: Float[Array, "nodes 3"]
+    node_slopes: Float[Array, "nodes 3"]
+    """Derivative of the curvature by s, from the differential equation [1/m²]."""
+    node_drifts: Float[Array, "nodes 3"]
+    """What shear adds to r', in the frame of the positions."""
+    length: Number
+
+    def pose(self, arc_length: Float[Array, ""]) -> tuple[Float[Array, "3"], Float[Array, "3 3"]]:
+        """See `Shape.pose`."""
+        node, s = self._place(arc_length)
+        first, second = (self._curvature_after(node, s * part) for part in _GAUSS)
+        bracket = np.sqrt(3.0) / 12.0 * s * s
+        axis = jnp.asarray(_AXIS, arc_length.dtype)
+        turn = 0.5 * s * (first + second) + bracket * jnp.cross(first, second)
+        shift, rotation = screw(turn, s * axis + bracket * jnp.cross(first - second, axis))
+        frame = self.rotations[node]
+        return self.positions[node] + frame @ shift + self._drift_up_to(node, s), frame @ rotation
+
+    def curvature(self, arc_length: Float[Array, ""]) -> Float[Array, "3"]:
+        """See `Shape.curvature`."""
+        return self._curvature_after(*self._place(arc_length))
+
+    def poses(self) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 3"]]:
+        """See `Shape.poses`."""
+        return self.positions, self.rotations
+
+    def samples(self) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
+        """See `Shape.samples`."""
+        weights = jnp.asarray(integral_weights(self._steps), self.positions.dtype)
+        return self.node_curvatures, self.length * weights
+
+    @property
+    def _steps(self) -> int:
+        return self.positions.shape[0] - 1
+
+    def _place(self, s: Float[Array, ""]) -> tuple[Int[Array, ""], Float[Array, ""]]:
+        """Node before a section, and the distance from it [m]."""
+        # A rounding below a node is the node.
+        part = s / self.length * self._steps * (1.0 + 4.0 * jnp.finfo(s.dtype).eps)
+        node = jnp.clip(jnp.floor(part), 0, self._steps - 1).astype(int)
+        return node, s - node * (self.length / self._steps)
+
+    def _curvature_after(self, node: Int[Array, ""], distance: Float[Array, ""]) -> Float[Array, "3"]:
+        return self._between(self.node_curvatures, self.node_slopes, node, distance)
+
+    def _drift_up_to(self, node: Int[Array, ""], distance: Float[Array, ""]) -> Float[Array, "3"]:
+        """Integral of the drift from a node on: Simpson's rule, exact for a cubic."""
+        differences = np.gradient(np.eye(self._steps + 1), axis=0, edge_order=min(2, self._steps))
+        slopes = jnp.asarray(differences, distance.dtype) @ self.node_drifts * (self._steps / self.length)
+        start, middle, end = (
+            self._between(self.node_drifts, slopes, node, part * distance) for part in (0.0, 0.5, 1.0)
+        )
+        return distance / 6.0 * (start + 4.0 * middle + end)
+
+    def _between(
+        self,
+        values: Float[Array, "nodes 3"],
+        slopes: Float[Array, "nodes 3"],
+        node: Int[Array, ""],
+        distance: Float[Array, ""],
+    ) -> Float[Array, "3"]:
+        """Hermite's cubic at a distance after a node, of values at the nodes and their slopes by s."""
+        h = self.length / self._steps
+        x = distance / h
+        left, right = (1.0 + 2.0 * x) * (1.0 - x) ** 2, x * x * (3.0 - 2.0 * x)
+        rise = (1.0 - x) * slopes[node] - x * slopes[node + 1]
+        return left * values[node] + right * values[node + 1] + h * x * (1.0 - x) * rise

@@ -1,0 +1,22 @@
+"""Equilibrium of the rod: loads, ends, integration along the rod, shooting, stability, sensitivities."""
+
+import jax
+
+from rodmodel.actuator import Actuator, Domain
+from rodmodel.statics._ends import base_turn as base_turn
+from rodmodel.statics._ends import cap_centre as cap_centre
+from rodmodel.statics._ends import tip_offset as tip_offset
+from rodmodel.statics._loads import Loads as Loads
+from rodmodel.statics._loads import into_base as into_base
+from rodmodel.statics._shooting import Reached as Reached
+from rodmodel.statics._solution import RESULTS as RESULTS
+from rodmodel.statics._solution import Numbers as Numbers
+from rodmodel.statics._solution import Solution as Solution
+from rodmodel.statics._solution import result_of as result_of
+from rodmodel.statics._solve import Adaptive as Adaptive
+from rodmodel.statics._solve import FixedStep as FixedStep
+from rodmodel.statics._solve import Solver as Solver
+from rodmodel.statics._solve import solve_shape as solve_shape
+
+for _plain in (Actuator, Domain):
+    jax.tree_util.register_dataclass(_plain)

@@ -1,0 +1,57 @@
+"""Adaptive steps along the rod, of order 8: the reference."""
+
+from typing import Any
+
+import diffrax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from rodmodel.kinematics import cross_matrix
+from rodmodel.statics._equilibrium import Equilibrium, State
+from rodmodel.statics._munthe_kaas import MuntheKaas
+from rodmodel.statics._steps import no_longer_than_the_rod
+
+_MAX_STEPS = 256
+
+
+def integrate(
+    equilibrium: Equilibrium, unknown: Float[Array, " n"], steps: int, tolerance: float
+) -> tuple[State, Bool[Array, ""]]:
+    """Integrate from base to end.
+
+    Parameters
+    ----------
+    equilibrium : equations.
+    unknown : of the equilibrium.
+    steps : between the sections that come back; those of the integration are its own.
+    tolerance : of one step, relative and absolute, on r/L, R and u L.
+
+    Returns
+    -------
+    nodes : `steps` + 1 sections, equally spaced.
+    resolved : whether the tolerance was kept in 256 steps.
+    """
+
+    def rate(fraction: Any, state: State, equilibrium: Equilibrium) -> State:
+        """Rates by s/L, in the section's frame."""
+        fraction = jnp.asarray(fraction, unknown.dtype)
+        ahead = jnp.array([0.0, 0.0, 1.0], unknown.dtype) + equilibrium.lean(fraction, state, unknown)
+        return State(ahead, cross_matrix(state.turn), equilibrium.turn_rate(fraction, state, unknown))
+
+    solution = diffrax.diffeqsolve(
+        diffrax.ODETerm(rate),
+        MuntheKaas(),
+        t0=0.0,
+        t1=1.0,
+        dt0=0.25,
+        y0=equilibrium.base(unknown),
+        args=equilibrium,
+        saveat=diffrax.SaveAt(ts=jnp.linspace(0.0, 1.0, steps + 1, dtype=unknown.dtype)),
+        stepsize_controller=diffrax.PIDController(rtol=tolerance, atol=tolerance),
+        adjoint=diffrax.ForwardMode(),
+        max_steps=_MAX_STEPS,
+        throw=False,
+    )
+    nodes: Any = solution.ys
+    kept = solution.result == diffrax.RESULTS.successful
+    return nodes, kept & no_longer_than_the_rod(nodes)

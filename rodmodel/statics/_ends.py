@@ -1,0 +1,59 @@
+"""What the ends do besides not bending: the base turns with the pressures, and the cap goes aside.
+
+At base and cap the closed chambers push on a face that holds the section's shape. The first section tilts by
+an angle proportional to the pressures' moment, Σ_k p_k e_k with e_k the axis about which chamber k bends the
+rod, less what the held section behind it does not bend, a length times û⊥. What is held back is a moment, so
+a section of stiffness K = ∂m/∂u at û turns by K₀ K⁻¹ of that: pressures soften it, and the ends take more. At
+the other end the body straightens before the cap and turns the more in it, so that the cap comes out beside
+where the arc would end, away from the bend, by
+
+    a e₃ × û⊥ / (κ₀² + |û⊥|²)^½
+
+with û the free curvature and û⊥ its part that bends. All is preset by the pressures: against loads the ends
+are as compliant as the rest. So are the ends of the full finite-element actuator, to whose runs the numbers
+in [`rodmodel.Actuator`][] are fitted.
+"""
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from rodmodel.actuator import Actuator
+from rodmodel.section import CurvatureLaw
+from rodmodel.statics._solve_3x3 import solve_3x3
+
+_AZIMUTHS = 2.0 * np.pi / 3.0 * np.arange(3)
+_BENDING_AXES = np.stack([np.sin(_AZIMUTHS), -np.cos(_AZIMUTHS), np.zeros(3)], axis=1)
+_ACROSS = np.array([1.0, 1.0, 0.0])
+
+
+def base_turn(actuator: Actuator, pressure: Float[Array, "3"], law: CurvatureLaw) -> Float[Array, "3"]:
+    """Rotation vector of the first section, frame of the clamp [rad].
+
+    Parameters
+    ----------
+    actuator, pressure : of the rod.
+    law : at that pressure.
+    """
+    across = jnp.asarray(_ACROSS, pressure.dtype)
+    moment = pressure @ jnp.asarray(_BENDING_AXES, pressure.dtype)
+    turn = actuator.base_turn * moment - actuator.base_lag * across * law.free_curvature
+    softened = across * solve_3x3(law.stiffness(law.free_curvature), actuator.base_stiffness * turn)
+    return jnp.where(actuator.base_stiffness == 0.0, turn, softened)
+
+
+def tip_offset(actuator: Actuator, free_curvature: Float[Array, "3"]) -> Float[Array, "3"]:
+    """How far the cap lies beside the body's end, in the frame of that end [m]."""
+    x, y, _ = free_curvature
+    size = actuator.tip_offset / jnp.sqrt(actuator.tip_offset_curvature**2 + x * x + y * y)
+    return size * jnp.stack([-y, x, jnp.zeros_like(x)])
+
+
+def cap_centre(
+    actuator: Actuator,
+    offset: Float[Array, "3"],
+    end: Float[Array, "3"],
+    rotation: Float[Array, "3 3"],
+) -> Float[Array, "3"]:
+    """Centre of the cap's outer face [m], from the pose of the body's end and the cap's offset from it."""
+    return end + actuator.tip_length * rotation[:, 2] + rotation @ offset

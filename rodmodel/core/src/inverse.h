@@ -22,6 +22,8 @@
 /* A target is reached within this much, of position [m] and of bend [rad]. */
 #define RM_POSITION_REACHED R(1e-4)
 #define RM_BEND_REACHED R(1e-3)
+/* Of Newton's method in the search [rad]. */
+#define RM_SEARCH_TOLERANCE R(1e-5)
 /* Part of the tolerance at which a search ends: two or three steps before the rounding; under loads, at about what the
  * integration errs by. */
 #define RM_PART R(1e-3)
@@ -115,7 +117,7 @@ static rm_real miss(const search *s, const rm_solution *solution, vec *residual)
     return dot(*residual, *residual);
 }
 
-static void evaluate_pose(void *what, vec point, const rm_real *memory, place *there)
+static void evaluate_pose(void *what, vec point, const place *near, place *there)
 {
     search *s = (search *)what;
     solve_state at;
@@ -129,14 +131,28 @@ static void evaluate_pose(void *what, vec point, const rm_real *memory, place *t
     if (!s->loaded) {
         input.given &= RM_BASE;
     }
-    const int result = solve(&at, s->rod, &input, &s->options, memory, 1, s->workspace, &solution);
-    if (result != RM_SUCCESSFUL) {
+    derivatives d;
+    if (!is_good(&input)) {
+        return;
+    }
+    begin(&at, s->rod, input.pressure, s->options.steps, 1, s->workspace);
+    if (s->loaded) {
+        prepare_derivatives(&at, &input, 0, 0, &d);
+    }
+    rm_real start[6];
+    if (s->loaded && near != NULL) {
+        const vec way = sub(point, near->point);
+        for (int k = 0; k < 6; k++) {
+            start[k] = near->memory[k] + dot(vec_of(near->memory_slope[k]), way);
+        }
+    }
+    const rm_real *from = s->loaded && near != NULL ? start : NULL;
+    if (solve_begun(&at, &input, &s->options, from, s->loaded ? &d : NULL, &solution) != RM_SUCCESSFUL) {
         return;
     }
     if (at.loaded) {
-        derivatives d;
         rm_real position[3 * RM_INPUTS], turn[3 * RM_INPUTS];
-        differentiate(&at, &input, &s->options, 0, 0, &d);
+        differentiate(&at, &s->options, &d);
         const vec cap = {at.equilibrium.offset.x, at.equilibrium.offset.y, at.equilibrium.tip_length};
         put_pose_change(&at, &d, &d.end, at.reached.end.frame, cap, R(1.0), position, turn);
         for (int k = 0; k < 3; k++) {
@@ -149,6 +165,12 @@ static void evaluate_pose(void *what, vec point, const rm_real *memory, place *t
         differentiate_arc(&at, &input, positions, turns);
     }
     memcpy(there->memory, solution.unknown, sizeof there->memory);
+    memset(there->memory_slope, 0, sizeof there->memory_slope);
+    for (int k = 0; at.loaded && k < d.unknowns; k++) {
+        for (int j = 0; j < 3; j++) {
+            there->memory_slope[k][j] = s->scale * at.reached.scales[k] * d.by_input[k][j];
+        }
+    }
     const rm_real cost = miss(s, &solution, &there->residual);
     vec *const columns[3] = {&there->slope.a, &there->slope.b, &there->slope.c};
     vec rows[2];
@@ -198,8 +220,6 @@ static least_squares_fit seek(search *s, const polytope boxes[4], const vec star
 {
     const rm_real enough = part * s->tolerance * part * s->tolerance;
     least_squares_fit best;
-    rm_real cold[6];
-    fill_with_nan(cold, 6);
     memset(&best, 0, sizeof best);
     best.best.point = starts[order[0]];
     best.best.cost = infinite();
@@ -211,15 +231,15 @@ static least_squares_fit seek(search *s, const polytope boxes[4], const vec star
         const polytope *box = boxes + (on_face ? here : 3);
         const vec at = best.best.point;
         vec start = on_face ? starts[here] : at;
-        rm_real memory[6];
         if (raise) {
             const vec raised = {smaller(at.x + RM_RAISE, box->upper[0]), smaller(at.y + RM_RAISE, box->upper[1]),
                                 smaller(at.z + RM_RAISE, box->upper[2])};
             start = within(raised, box);
         }
-        memcpy(memory, on_face || raise || !(best.best.cost < infinite()) ? cold : best.best.memory, sizeof memory);
+        const place from = best.best;
+        const place *near = on_face || raise || !(from.cost < infinite()) ? NULL : &from;
         const least_squares_fit fit =
-            least_squares(evaluate_pose, s, start, memory, box, enough, on_face ? RM_WORTH : R(0.0));
+            least_squares(evaluate_pose, s, start, near, box, enough, on_face ? RM_WORTH : R(0.0));
         /* What starts from the best may come out of it by a rounding. */
         const int better = fit.best.cost <= best.best.cost * R(1.000001);
         if (better) {
@@ -240,10 +260,9 @@ static int seek_everywhere(search *s, const polytope boxes[4], rm_real *costs, l
 {
     const polytope *whole = boxes + 3;
     const int side = RM_GRID, count = side * side * side;
-    rm_real cold[6], memory[6];
     int sure = best->best.cost < infinite();
-    fill_with_nan(cold, 6);
-    fill_with_nan(memory, 6);
+    place there, before;
+    there.cost = infinite();
     vec nearest[3];
     rm_real least[3] = {infinite(), infinite(), infinite()};
     for (int n = 0; n < count; n++) {
@@ -252,9 +271,9 @@ static int seek_everywhere(search *s, const polytope boxes[4], rm_real *costs, l
         const vec corner = {whole->upper[0] * step * (rm_real)place_of[0], whole->upper[1] * step * (rm_real)place_of[1],
                             whole->upper[2] * step * (rm_real)place_of[2]};
         const vec point = within(corner, whole);
-        place there;
-        evaluate_pose(s, point, place_of[0] == 0 ? cold : memory, &there);
-        memcpy(memory, there.cost < infinite() ? there.memory : cold, sizeof memory);
+        const int follows = place_of[0] > 0 && there.cost < infinite();
+        before = there;
+        evaluate_pose(s, point, follows ? &before : NULL, &there);
         costs[n] = there.cost;
         for (int k = 0; k < 3; k++) {
             if (place_of[k] == 0 && there.cost < least[k]) {
@@ -290,7 +309,7 @@ static int seek_everywhere(search *s, const polytope boxes[4], rm_real *costs, l
                             whole->upper[1] * step * (rm_real)(lowest / side % side),
                             whole->upper[2] * step * (rm_real)(lowest / (side * side))};
         const least_squares_fit fit =
-            least_squares(evaluate_pose, s, within(corner, whole), cold, whole, R(0.0), R(0.0));
+            least_squares(evaluate_pose, s, within(corner, whole), NULL, whole, R(0.0), R(0.0));
         sure &= fit.converged;
         if (fit.best.cost < best->best.cost) {
             *best = fit;
@@ -305,7 +324,7 @@ static int seek_everywhere(search *s, const polytope boxes[4], rm_real *costs, l
             continue;
         }
         const least_squares_fit fit =
-            least_squares(evaluate_pose, s, nearest[k], cold, boxes + k, R(0.0), R(0.0));
+            least_squares(evaluate_pose, s, nearest[k], NULL, boxes + k, R(0.0), R(0.0));
         const rm_real sum = fit.best.point.x + fit.best.point.y + fit.best.point.z;
         if (fit.converged && rm_sqrt(fit.best.cost) <= bound && sum < pressure) {
             chosen = fit;
@@ -385,7 +404,7 @@ static int find_pressures(const rm_rod *rod, const rm_target *target, const rm_i
     if (loaded) {
         s.loaded = 1;
         s.options.steps = RM_SEARCH_STEPS;
-        s.options.tolerance = larger(R(1e-8), options->tolerance);
+        s.options.tolerance = larger(RM_SEARCH_TOLERANCE, options->tolerance);
         rm_real found[3];
         put_vec(found, fit.best.point);
         found[face] = R(0.0);
@@ -407,7 +426,7 @@ static int find_pressures(const rm_rod *rod, const rm_target *target, const rm_i
     put_vec(bare.pressure, scale(s.scale, fit.best.point));
     put_vec(result->pressure, vec_of(bare.pressure));
     solve_state at;
-    const int ended = solve(&at, rod, &bare, options, NULL, 0, workspace, &result->solution);
+    const int ended = solve(&at, rod, &bare, options, NULL, workspace, &result->solution);
     vec residual;
     result->distance = s.unit * rm_sqrt(miss(&s, &result->solution, &residual));
     result->reached = ended == RM_SUCCESSFUL && result->distance <= s.tolerance * s.unit;

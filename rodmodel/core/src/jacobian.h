@@ -8,91 +8,31 @@
 
 #include "solve.h"
 
-/* Neighbouring solutions by inputs in all, and what of the unknowns each input takes. */
-typedef struct {
-    variations end;
-    rm_real by_input[6][RM_INPUTS]; /* of the unknowns */
-    int unknowns, columns, inputs;
-    mat world;                      /* frame of the base */
-} derivatives;
-
-RM_INLINE void set_load_columns(const solve_state *at, const mat *world, int first, column_forces *forces)
-{
-    const weights w = weights_of(&at->rod->actuator);
-    const vec rows[3] = {{world->a.x, world->b.x, world->c.x},
-                         {world->a.y, world->b.y, world->c.y},
-                         {world->a.z, world->b.z, world->c.z}};
-    for (int axis = 0; axis < 3; axis++) {
-        /* Components in the frame of the base of an axis of the world. */
-        const rm_real unit[3] = {rows[axis].x, rows[axis].y, rows[axis].z};
-        for (int i = 0; i < 3; i++) {
-            const int f = first + axis, g = first + 3 + axis;
-            forces->end[i][f] = forces->cap[i][f] = unit[i];
-            forces->lever[i][f] = at->equilibrium.tip_length * unit[i];
-            forces->end[i][g] = w.end_force * unit[i];
-            forces->body[i][g] = w.body_force * unit[i];
-            forces->cap[i][g] = w.cap_force * unit[i];
-            forces->lever[i][g] = w.lever * unit[i];
-        }
-    }
-}
-
 /* Column that stands for an input: pressures, tip force, tip moment (none: -1), gravity. */
 RM_INLINE int column_of_input(int input, int unknowns)
 {
     return input < 6 ? unknowns + input : (input < 9 ? -1 : unknowns + input - 3);
 }
 
-/* Differentiate what was reached by the pressures and, with `by_loads`, by the loads; with `keep`, along the rod. */
-static void differentiate(solve_state *at, const rm_input *input, const rm_options *options, int by_loads, int keep,
-                          derivatives *d)
+/* Finish the derivatives of what was reached; with a shot for them where the last one did not carry them. */
+static void differentiate(solve_state *at, const rm_options *options, derivatives *d)
 {
     equilibrium e = at->equilibrium;
     reached_state *reached = &at->reached;
-    const rm_domain *domain = &at->rod->domain;
     const int n = e.unknowns, steps = options->steps;
-    column_forces forces;
-    rm_real jacobian[6][RM_MOST_COLUMNS];
-    variations *const kept = keep ? at->kept : NULL;
-    const vec pull = pull_of(&e, reached->unknown), turn = vec_of(reached->unknown);
-    const rm_real identity[9] = {R(1.0), R(0.0), R(0.0), R(0.0), R(1.0), R(0.0), R(0.0), R(0.0), R(1.0)};
-
-    d->world = mat_of_rows(input->given & RM_BASE ? input->base_rotation : identity);
-    d->unknowns = n;
+    const vec pull = pull_of(&e, reached->unknown);
     e.loads = scaled(&at->loads, at->loaded ? reached->load_fraction : R(0.0));
-    memset(&forces, 0, sizeof forces);
-    forces.pressures = n;
-    d->columns = n == 6 ? 16 : (by_loads ? 12 : 8);
-    d->inputs = by_loads ? RM_INPUTS : 3;
-    start_columns(&d->end, d->columns, 3);
-    if (by_loads) {
-        set_load_columns(at, &d->world, n + 3, &forces);
-    }
-    if (n == 6) {
-        set_follower_columns(&e, reached->scales[3], &forces);
-    }
-    for (int k = 0; k < 3; k++) {
-        d->end.phi[0][n + k] = e.mount_slopes[k].x;
-        d->end.phi[1][n + k] = e.mount_slopes[k].y;
-        d->end.phi[2][n + k] = e.mount_slopes[k].z;
-    }
-    if (n == 6) {
-        march(&e, domain, turn, pull, steps, 16, 1, &forces, &d->end, kept, reached->nodes, &reached->end);
-        imbalance_changes(&e, &reached->end, pull, 16, &forces, &d->end, jacobian);
-    } else if (by_loads) {
-        march(&e, domain, turn, pull, steps, 12, 1, &forces, &d->end, kept, reached->nodes, &reached->end);
-        imbalance_changes(&e, &reached->end, pull, 12, &forces, &d->end, jacobian);
-    } else {
-        march(&e, domain, turn, pull, steps, 8, 1, &forces, &d->end, NULL, reached->nodes, &reached->end);
-        imbalance_changes(&e, &reached->end, pull, 8, &forces, &d->end, jacobian);
+    if (!d->is_done) {
+        rm_real correction[6];
+        shoot_driven(&e, &at->rod->domain, reached->unknown, steps, d, reached->nodes, &reached->end, correction);
     }
     at->steps = steps;
-    if (kept != NULL) {
-        variations *last = kept + 2 * steps;
+    if (d->kept != NULL) {
+        variations *last = d->kept + 2 * steps;
         section_state section;
         vec drift;
         last[0] = d->end;
-        rates_at(&e, R(1.0), reached->end.frame, reached->end.turn, pull, d->columns, 1, &forces, last, last + 1,
+        rates_at(&e, R(1.0), reached->end.frame, reached->end.turn, pull, d->columns, 1, &d->forces, last, last + 1,
                  &section, &drift);
     }
 
@@ -104,22 +44,22 @@ static void differentiate(solve_state *at, const rm_input *input, const rm_optio
     slopes_by_pressure(e.section, no_vec(), moments, stiffened);
     for (int k = 0; k < 3; k++) {
         const vec change = sub(moments[k], cross(e.offset_slopes[k], push));
-        jacobian[0][n + k] += change.x;
-        jacobian[1][n + k] += change.y;
-        jacobian[2][n + k] += change.z;
+        d->jacobian[0][n + k] += change.x;
+        d->jacobian[1][n + k] += change.y;
+        d->jacobian[2][n + k] += change.z;
     }
     for (int k = 0; k < d->inputs; k++) {
         const int column = column_of_input(k, n);
         rm_real right[6] = {R(0.0), R(0.0), R(0.0), R(0.0), R(0.0), R(0.0)}, by[6];
         if (column >= 0) {
             for (int i = 0; i < n; i++) {
-                right[i] = -jacobian[i][column];
+                right[i] = -d->jacobian[i][column];
             }
         } else {
             const vec unit = {k == 6 ? R(1.0) : R(0.0), k == 7 ? R(1.0) : R(0.0), k == 8 ? R(1.0) : R(0.0)};
             put_vec(right, into_body(q, mat_back(d->world, unit)));
         }
-        solve_small(jacobian, right, n, by);
+        solve_small(d->jacobian, right, n, by);
         for (int i = 0; i < n; i++) {
             d->by_input[i][k] = by[i];
         }
@@ -225,15 +165,22 @@ static int solve_with_jacobian(solve_state *at, const rm_rod *rod, const rm_inpu
                                rm_jacobian *jacobian, int count, const rm_real *arc_lengths, rm_real *positions,
                                rm_real *turns)
 {
-    const int result = solve(at, rod, input, options, start, 1, workspace, solution);
+    derivatives d;
+    int result = RM_BAD_INPUT;
+    if (is_good(input) && options->steps >= 1) {
+        begin(at, rod, input->pressure, options->steps, 1, workspace);
+        prepare_derivatives(at, input, 1, count > 0, &d);
+        result = solve_begun(at, input, options, start, &d, solution);
+    } else {
+        fail(solution, RM_BAD_INPUT);
+    }
     if (!is_finite(solution->tip_position[0])) {
         fill_with_nan(jacobian->position, sizeof *jacobian / sizeof(rm_real));
         fill_with_nan(positions, (size_t)count * 3 * RM_INPUTS);
         fill_with_nan(turns, (size_t)count * 3 * RM_INPUTS);
         return result;
     }
-    derivatives d;
-    differentiate(at, input, options, 1, count > 0, &d);
+    differentiate(at, options, &d);
     solution->steps = at->steps;
     const vec cap = {at->equilibrium.offset.x, at->equilibrium.offset.y, at->equilibrium.tip_length};
     const quat q = at->reached.end.frame;

@@ -33,7 +33,7 @@ typedef struct {
     vec residual;
     mat slope;         /* of the residual by the point */
     rm_real memory[6]; /* start for what is solved nearby */
-    rm_real unused;
+    rm_real memory_slope[6][3]; /* of it by the point */
 } place;
 
 typedef struct {
@@ -42,8 +42,9 @@ typedef struct {
     int steps;
 } least_squares_fit;
 
-/* Residual and slope at a point, from the memory of a place nearby; the cost infinite where there is none. */
-typedef void (*evaluation)(void *what, vec point, const rm_real *memory, place *there);
+/* Residual and slope at a point, from what was found at a place nearby, or NULL; the cost infinite where there is
+ * none. */
+typedef void (*evaluation)(void *what, vec point, const place *near, place *there);
 
 RM_INLINE rm_real component(vec v, int k)
 {
@@ -128,7 +129,7 @@ static vec minimum_over(sym h, vec gradient, vec point, const polytope *box)
 
 /* Minimise from `start`, inside the polytope, until the cost is `enough`, or the linear model promises to take no more
  * than the part `worth` off it. */
-static least_squares_fit least_squares(evaluation evaluate, void *what, vec start, const rm_real *memory,
+static least_squares_fit least_squares(evaluation evaluate, void *what, vec start, const place *near,
                                        const polytope *box, rm_real enough, rm_real worth)
 {
     /* The rounding of a double to the power 0.6, and that squared. */
@@ -142,7 +143,7 @@ static least_squares_fit least_squares(evaluation evaluate, void *what, vec star
     rm_real damping = RM_DAMPING;
     int astray = 0;
     enough = larger(enough, small * small);
-    evaluate(what, start, memory, &at);
+    evaluate(what, start, near, &at);
     fit.best = at;
     fit.steps = 1;
     fit.converged = at.cost <= enough;
@@ -162,7 +163,7 @@ static least_squares_fit least_squares(evaluation evaluate, void *what, vec star
             fit.converged = 1;
             break;
         }
-        evaluate(what, trial, at.memory, &there);
+        evaluate(what, trial, &at, &there);
         fit.steps++;
         const int better = there.cost <= fit.best.cost;
         const int taken = there.cost < infinite() && astray < RM_ASTRAY && there.cost <= RM_HIGHEST * fit.best.cost;

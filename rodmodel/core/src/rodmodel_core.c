@@ -56,7 +56,7 @@ int rm_solve(const rm_rod *rod, const rm_input *input, const rm_options *options
              rm_real *workspace, rm_node *nodes, rm_solution *solution)
 {
     solve_state at;
-    const int result = solve(&at, rod, input, options, start, 0, workspace, solution);
+    const int result = solve(&at, rod, input, options, start, workspace, solution);
     if (nodes != NULL && is_finite(solution->tip_position[0])) {
         copy_nodes(&at, nodes);
     }

@@ -279,6 +279,23 @@ int rm_inverse_batch(const rm_rod *rod, const rm_target *targets, const rm_input
 
 /* cffi: end */
 
+/* The workspace as a constant, for a static array: rm_workspace_size of a law of so many images, ridges and features.
+ * Two runs of hidden functions, seven numbers a ridge, weights and two sets of nodes, and with a Jacobian the
+ * neighbouring solutions at the nodes and the inverse's grid of pressures; and what aligning all of it may take. */
+#define RM_PAD (64 / sizeof(rm_real))
+#define RM_PADDED(count) (((count) + RM_PAD - 1) / RM_PAD * RM_PAD)
+#define RM_NODE_SIZE 16
+#define RM_KEPT_SIZE 288
+/* Points a side of that grid, and steps along the rod of the inverse's search under loads: what it returns is solved
+ * with the caller's. */
+#define RM_GRID 8
+#define RM_SEARCH_STEPS 4
+#define RM_NODES(steps, with_jacobian) (((with_jacobian) && (steps) < RM_SEARCH_STEPS ? RM_SEARCH_STEPS : (steps)) + 1)
+#define RM_WORKSPACE_SIZE(images, ridges, features, steps, with_jacobian)                                             \
+    (2 * RM_PADDED(3 + (features)) + 7 * (images) * (ridges) + RM_PADDED(RM_NODES(steps, with_jacobian))              \
+     + 2 * RM_NODE_SIZE * RM_NODES(steps, with_jacobian)                                                              \
+     + ((with_jacobian) ? RM_KEPT_SIZE * RM_NODES(steps, with_jacobian) + RM_GRID * RM_GRID * RM_GRID : 0) + RM_PAD)
+
 #ifdef __cplusplus
 }
 #endif

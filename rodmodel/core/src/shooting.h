@@ -128,13 +128,19 @@ RM_INLINE vec pull_of(const equilibrium *e, const rm_real *unknown)
     return e->unknowns == 6 ? vec_of(unknown + 3) : no_vec();
 }
 
+/* A force that turns the end by about one. */
+RM_INLINE rm_real follower_scale(const section_state *free, rm_real length)
+{
+    return free->stiffness.xx / (length * length);
+}
+
 /* Forces that the follower force's unknowns stand for. */
-RM_INLINE void set_follower_columns(const equilibrium *e, rm_real by, column_forces *forces)
+RM_INLINE void set_follower_columns(rm_real tip_length, rm_real by, column_forces *forces)
 {
     for (int i = 0; i < 3; i++) {
         forces->end[i][3 + i] = by;
         forces->cap[i][3 + i] = by;
-        forces->lever[i][3 + i] = by * e->tip_length;
+        forces->lever[i][3 + i] = by * tip_length;
     }
 }
 
@@ -161,7 +167,7 @@ static void shoot_six(const equilibrium *e, const rm_domain *domain, const rm_re
     rm_real missing[6];
     const vec pull = vec_of(unknown + 3);
     memset(&forces, 0, sizeof forces);
-    set_follower_columns(e, scales[3], &forces);
+    set_follower_columns(e->tip_length, scales[3], &forces);
     start_columns(&at, 8, 3);
     march(e, domain, vec_of(unknown), pull, steps, 8, 0, &forces, &at, NULL, nodes, end);
     imbalance_at(e, end, pull, missing);
@@ -178,6 +184,47 @@ static void check(const equilibrium *e, const rm_domain *domain, const rm_real *
     march(e, domain, vec_of(unknown), pull, steps, 0, 0, NULL, NULL, NULL, nodes, end);
     imbalance_at(e, end, pull, missing);
     solve_small(jacobian, missing, e->unknowns, correction);
+}
+
+#define RM_INPUTS 12
+
+/* Neighbouring solutions by pressures, and by loads where there are 12 inputs, carried along by the last shot. */
+typedef struct {
+    variations end;                 /* at the end of the body */
+    variations *kept;               /* at the nodes, with their rates; NULL for none */
+    column_forces forces;
+    rm_real jacobian[6][RM_MOST_COLUMNS]; /* of the imbalance by the columns */
+    rm_real by_input[6][RM_INPUTS]; /* of the unknowns */
+    int unknowns, columns, inputs;
+    int is_done;                    /* what was reached is the end of such a shot */
+    mat world;                      /* frame of the base */
+} derivatives;
+
+/* Integrate with the neighbouring solutions by unknowns and inputs; the correction with the Jacobian of this shot. */
+static void shoot_driven(const equilibrium *e, const rm_domain *domain, const rm_real *unknown, int steps,
+                         derivatives *d, rm_node *nodes, march_end *end, rm_real *correction)
+{
+    const int n = e->unknowns;
+    const vec turn = vec_of(unknown), pull = pull_of(e, unknown);
+    rm_real missing[6];
+    start_columns(&d->end, d->columns, 3);
+    for (int k = 0; k < 3; k++) {
+        d->end.phi[0][n + k] = e->mount_slopes[k].x;
+        d->end.phi[1][n + k] = e->mount_slopes[k].y;
+        d->end.phi[2][n + k] = e->mount_slopes[k].z;
+    }
+    if (d->columns == 8) {
+        march(e, domain, turn, pull, steps, 8, 1, &d->forces, &d->end, NULL, nodes, end);
+        imbalance_changes(e, end, pull, 8, &d->forces, &d->end, d->jacobian);
+    } else if (d->columns == 12) {
+        march(e, domain, turn, pull, steps, 12, 1, &d->forces, &d->end, d->kept, nodes, end);
+        imbalance_changes(e, end, pull, 12, &d->forces, &d->end, d->jacobian);
+    } else {
+        march(e, domain, turn, pull, steps, 16, 1, &d->forces, &d->end, d->kept, nodes, end);
+        imbalance_changes(e, end, pull, 16, &d->forces, &d->end, d->jacobian);
+    }
+    imbalance_at(e, end, pull, missing);
+    solve_small(d->jacobian, missing, n, correction);
 }
 
 RM_INLINE int is_resolved(const march_end *end)
@@ -228,10 +275,11 @@ RM_INLINE rm_real farthest(const rm_node *a, const rm_node *b, int steps)
 
 /* Solve for the equilibrium that the rod reaches from its free shape as the loads grow in proportion; from `start`,
  * where there is one, for the one that Newton's method leads to. Where the full load cannot be reached, the
- * equilibrium at the largest fraction of it that was. `room` is for two times steps + 1 nodes and two Jacobians. */
+ * equilibrium at the largest fraction of it that was. Where derivatives are wanted, the shot that shows that Newton's
+ * method is there carries them along. There must be room for two times steps + 1 nodes, and for two Jacobians. */
 static void follow(const equilibrium *whole, const rm_domain *domain, vec free_curvature, const section_state *free,
                    const rm_real *start, const rm_options *options, rm_node *first_nodes, rm_node *second_nodes,
-                   rm_real (*jacobians)[RM_MOST_COLUMNS], reached_state *reached)
+                   rm_real (*jacobians)[RM_MOST_COLUMNS], derivatives *d, reached_state *reached)
 {
     const int n = whole->unknowns, steps = options->steps;
     const sym flexibility = sym_inverse(free->stiffness);
@@ -249,8 +297,7 @@ static void follow(const equilibrium *whole, const rm_domain *domain, vec free_c
     reached->outcome = DIVERGED;
     for (int k = 0; k < 6; k++) {
         reached->unknown[k] = slope[k] = R(0.0);
-        /* A force that turns the end by about one. */
-        reached->scales[k] = k < 3 ? R(1.0) : free->stiffness.xx / (whole->length * whole->length);
+        reached->scales[k] = k < 3 ? R(1.0) : follower_scale(free, whole->length);
     }
     put_vec(reached->unknown, scale(whole->length, free_curvature));
     for (int k = 0; k <= steps; k++) {
@@ -273,9 +320,12 @@ static void follow(const equilibrium *whole, const rm_domain *domain, vec free_c
         /* A first guess is worth half as many steps: what they miss is less than what it does. */
         const int rough = steps > 1 && reached->shots == 0 && !warm;
         const int taken = rough ? steps / 2 : steps;
+        const int driven = sure && d != NULL && target == R(1.0);
         march_end end;
         e.loads = scaled(&whole->loads, target);
-        if (sure) {
+        if (driven) {
+            shoot_driven(&e, domain, guess, taken, d, spare, &end, correction);
+        } else if (sure) {
             check(&e, domain, guess, taken, spare, &end, tangent, correction);
         } else if (n == 3) {
             shoot_three(&e, domain, guess, taken, spare, &end, tangent, correction, &stable);
@@ -314,6 +364,9 @@ static void follow(const equilibrium *whole, const rm_domain *domain, vec free_c
             reached->load_fraction = target;
             reached->load_steps++;
             reached->stable = holds;
+            if (d != NULL) {
+                d->is_done = driven;
+            }
         }
         if (!hopeful && !rough) {
             reached->outcome = good ? ARRIVED : (done && !resolved ? UNRESOLVED : (done && near ? UNSTABLE : DIVERGED));

@@ -7,12 +7,6 @@
 #define RM_SLACK R(1.000001)
 /* By how much base_rotation may miss a rotation, entry by entry: enough for one rounded to single precision. */
 #define RM_ORTHOGONAL R(1e-5)
-#define RM_INPUTS 12
-/* Steps along the rod of the search of the inverse under loads; what it returns is solved with the caller's. */
-#define RM_SEARCH_STEPS 5
-/* Points a side of the grid over the pressures that the inverse looks at. */
-#define RM_GRID 8
-
 /* A solve under way, in the workspace. */
 typedef struct {
     const rm_rod *rod;
@@ -32,22 +26,19 @@ typedef struct {
     int steps;            /* of the nodes: 1 for an arc */
 } solve_state;
 
-/* Arrays begin where a vector of the processor's does, of 64 bytes at most: loads across two lines cost twice. */
-#define RM_ALIGNED (64 / sizeof(rm_real))
-
 RM_INLINE size_t aligned(size_t count)
 {
-    return (count + RM_ALIGNED - 1) / RM_ALIGNED * RM_ALIGNED;
+    return RM_PADDED(count);
 }
+
+/* The public constants count these. */
+typedef char node_has_the_size_that_the_header_says[sizeof(rm_node) == RM_NODE_SIZE * sizeof(rm_real) ? 1 : -1];
+typedef char variations_have_it_too[2 * sizeof(variations) == RM_KEPT_SIZE * sizeof(rm_real) ? 1 : -1];
 
 static size_t workspace_size(const rm_rod *rod, int steps, int with_jacobian)
 {
-    /* The search of the inverse takes steps of its own. */
-    const int most = with_jacobian && steps < RM_SEARCH_STEPS ? RM_SEARCH_STEPS : steps;
-    const size_t total = (size_t)rod->law.images * (size_t)rod->law.ridges, nodes = (size_t)most + 1;
-    const size_t node = sizeof(rm_node) / sizeof(rm_real), kept = 2 * sizeof(variations) / sizeof(rm_real);
-    return 2 * aligned(3 + (size_t)rod->law.features) + 7 * total + aligned(nodes) + 2 * nodes * node
-           + (with_jacobian ? nodes * kept + RM_GRID * RM_GRID * RM_GRID : 0) + RM_ALIGNED;
+    return RM_WORKSPACE_SIZE((size_t)rod->law.images, (size_t)rod->law.ridges, (size_t)rod->law.features,
+                             (size_t)steps, with_jacobian);
 }
 
 /* Lay the workspace out and contract the law. */
@@ -129,7 +120,8 @@ static int fail(rm_solution *solution, int result)
 }
 
 /* Equilibrium of a good input: sets `equilibrium`, `reached` and its nodes; without loads an arc, of one step. */
-static void equilibrate(solve_state *at, const rm_input *input, const rm_options *options, const rm_real *start)
+static void equilibrate(solve_state *at, const rm_input *input, const rm_options *options, const rm_real *start,
+                        derivatives *d)
 {
     const rm_actuator *a = &at->rod->actuator;
     const rm_domain *domain = &at->rod->domain;
@@ -150,11 +142,11 @@ static void equilibrate(solve_state *at, const rm_input *input, const rm_options
             warm = is_finite(start[k]);
         }
         follow(e, domain, at->free_curvature, &at->free, warm ? start : NULL, options, at->nodes[0], at->nodes[1],
-               at->jacobians, reached);
+               at->jacobians, d, reached);
         if (warm && !(reached->load_fraction == R(1.0) && reached->stable)) {
             const int shots = reached->shots;
             follow(e, domain, at->free_curvature, &at->free, NULL, options, at->nodes[0], at->nodes[1],
-                   at->jacobians, reached);
+                   at->jacobians, d, reached);
             reached->shots += shots;
         }
         return;
@@ -319,31 +311,74 @@ static void fall_back(solve_state *at, const rm_input *input, const rm_options *
         rm_input bare = *input;
         const reached_state failed = at->reached;
         bare.given &= RM_BASE;
-        equilibrate(at, &bare, options, NULL);
+        equilibrate(at, &bare, options, NULL, NULL);
         at->reached.load_fraction = R(0.0);
         at->reached.outcome = failed.outcome == ARRIVED ? DIVERGED : failed.outcome;
         at->reached.shots = failed.shots;
     }
 }
 
-/* Solve; `nodes` are copied where they are wanted. */
-static int solve(solve_state *at, const rm_rod *rod, const rm_input *input, const rm_options *options,
-                 const rm_real *start, int with_jacobian, rm_real *workspace, rm_solution *solution)
+/* Columns for the derivatives by pressures, and with `by_loads` by the loads; with `keep`, along the rod. */
+static void prepare_derivatives(const solve_state *at, const rm_input *input, int by_loads, int keep, derivatives *d)
 {
-    if (!is_good(input) || options->steps < 1) {
-        return fail(solution, RM_BAD_INPUT);
+    const rm_real identity[9] = {R(1.0), R(0.0), R(0.0), R(0.0), R(1.0), R(0.0), R(0.0), R(0.0), R(1.0)};
+    const rm_actuator *a = &at->rod->actuator;
+    const rm_real tip_length = a->cap_length + a->stiff_tip;
+    const weights w = weights_of(a);
+    column_forces *forces = &d->forces;
+    d->unknowns = (input->given & RM_FOLLOWER_FORCE) ? 6 : 3;
+    d->columns = d->unknowns == 6 ? 16 : (by_loads ? 12 : 8);
+    d->inputs = by_loads ? RM_INPUTS : 3;
+    d->kept = keep ? at->kept : NULL;
+    d->is_done = 0;
+    d->world = mat_of_rows(input->given & RM_BASE ? input->base_rotation : identity);
+    memset(forces, 0, sizeof *forces);
+    forces->pressures = d->unknowns;
+    const vec rows[3] = {{d->world.a.x, d->world.b.x, d->world.c.x},
+                         {d->world.a.y, d->world.b.y, d->world.c.y},
+                         {d->world.a.z, d->world.b.z, d->world.c.z}};
+    for (int axis = 0; axis < 3 && by_loads; axis++) {
+        /* Components in the frame of the base of an axis of the world. */
+        const rm_real unit[3] = {rows[axis].x, rows[axis].y, rows[axis].z};
+        const int f = d->unknowns + 3 + axis, g = f + 3;
+        for (int i = 0; i < 3; i++) {
+            forces->end[i][f] = forces->cap[i][f] = unit[i];
+            forces->lever[i][f] = tip_length * unit[i];
+            forces->end[i][g] = w.end_force * unit[i];
+            forces->body[i][g] = w.body_force * unit[i];
+            forces->cap[i][g] = w.cap_force * unit[i];
+            forces->lever[i][g] = w.lever * unit[i];
+        }
     }
-    begin(at, rod, input->pressure, options->steps, with_jacobian, workspace);
+    if (d->unknowns == 6) {
+        set_follower_columns(tip_length, follower_scale(&at->free, a->body_length - a->stiff_tip), forces);
+    }
+}
+
+/* Solve; with the derivatives that were prepared, where they are wanted and the last shot carried them. */
+static int solve_begun(solve_state *at, const rm_input *input, const rm_options *options, const rm_real *start,
+                       derivatives *d, rm_solution *solution)
+{
     if (!(is_finite(at->free_curvature.x) && is_finite(at->free_curvature.y) && is_finite(at->free_curvature.z))) {
         return fail(solution, RM_NOT_CONVERGED);
     }
-    equilibrate(at, input, options, start);
+    equilibrate(at, input, options, start, d);
     fall_back(at, input, options);
     const int result = put_solution(at, input, options, solution);
     if (options->ask & RM_VOLUMES) {
         put_volumes(at, input->pressure, solution->chamber_volume);
     }
     return result;
+}
+
+static int solve(solve_state *at, const rm_rod *rod, const rm_input *input, const rm_options *options,
+                 const rm_real *start, rm_real *workspace, rm_solution *solution)
+{
+    if (!is_good(input) || options->steps < 1) {
+        return fail(solution, RM_BAD_INPUT);
+    }
+    begin(at, rod, input->pressure, options->steps, 0, workspace);
+    return solve_begun(at, input, options, start, NULL, solution);
 }
 
 static void copy_nodes(solve_state *at, rm_node *nodes)

@@ -22,7 +22,7 @@ def ridge_arrays(*, symmetry: str = "mirror", oriented: bool = False) -> RidgeAr
     """Law of three ridges, one a chamber: at full pressure each bends the rod by some 50 1/m to its far side.
 
     Chambers 2 and 3 twist it a little, to opposite sides, and chamber 1 bends it a little more than they do:
-    the section is its own mirror image. One hidden function of the pressures shifts the ridges by some per cent.
+    the section is its own mirror image. One hidden function of the pressures shifts the ridges a little.
     """
     azimuth = 2.0 * np.pi / 3.0 * np.arange(3)
     reach = 0.3

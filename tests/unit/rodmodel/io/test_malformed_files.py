@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from rodmodel import CalibrationFileError, read_calibration, save_calibration
 from tests.unit.rodmodel import calibrations
@@ -19,6 +21,11 @@ def text(tmp_path_factory: pytest.TempPathFactory) -> str:
     path = tmp_path_factory.mktemp("good") / "calibration.json"
     save_calibration(calibrations.calibration(), path)
     return path.read_text()
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("changed") / "calibration.json"
 
 
 def told(path: Path) -> str:
@@ -260,3 +267,39 @@ def test_a_name_that_no_file_can_have_is_told_in_one_line() -> None:
     assert str(caught.value) == (
         r"'a\x00\nb.json': got embedded null byte, expected a readable calibration file"
     )
+
+
+# Written over a piece of a good file: from here, so many characters, this.
+PIECES = [
+    '"',
+    "{",
+    "}",
+    "[",
+    "]",
+    ",",
+    ":",
+    "null",
+    "true",
+    "1e999",
+    "-1",
+    "NaN",
+    "9" * 400,
+    "\\u0000",
+    "\\ud800",
+]
+PIECES += ['""', "[]", "{}", "1e308", "-0.0", "\x00", "é", "0x1", "1.0", "1e-320", ""]
+
+
+@settings(max_examples=400)
+@given(start=st.floats(0.0, 1.0), length=st.integers(0, 40), piece=st.sampled_from(PIECES))
+def test_whatever_is_written_over_a_file_it_is_read_or_refused(
+    text: str, place: Path, start: float, length: int, piece: str
+) -> None:
+    first = int(start * len(text))
+    place.write_text(text[:first] + piece + text[first + length :], encoding="utf-8")
+    said = ""
+    try:
+        assert read_calibration(place).angle_error >= 0.0
+    except CalibrationFileError as error:
+        said = str(error)
+    assert said == "" or (said.isprintable() and said.startswith(f"{place}: "))

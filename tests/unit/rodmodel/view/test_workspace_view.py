@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rodmodel.control import Workspace
 
+from rodmodel.control import Workspace
 from rodmodel.view import plot_workspace, workspace_record, workspace_text
 from tests.unit.rodmodel import calibrations
 

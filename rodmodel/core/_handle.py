@@ -10,7 +10,8 @@ from rodmodel.core._law_data import LawData
 from rodmodel.core._native import ffi, lib
 from rodmodel.core._variants import VARIANTS, functions
 
-_ENDS = (
+#: Numbers of `rm_actuator`.
+ENDS = (
     "body_length",
     "cap_length",
     "mass_per_length",
@@ -24,7 +25,8 @@ _ENDS = (
     "held_length",
     "shear_compliance",
 )
-_IN_PLACE = ("slope", "quadratic", "slope_by_pressure", "pressure_quadratic")
+#: Arrays of `rm_law` that lie in the structure itself.
+IN_PLACE = ("slope", "quadratic", "slope_by_pressure", "pressure_quadratic")
 # Vectors of the processor are loaded in one piece from multiples of this [bytes].
 _ALIGNMENT = 64
 
@@ -58,13 +60,13 @@ class Handle:
         for name, value in {**law.numbers, **law.sizes}.items():
             setattr(into, name, value)
         for name, array in law.arrays.items():
-            if name in _IN_PLACE:
+            if name in IN_PLACE:
                 setattr(into, name, array.ravel().tolist())
             else:
                 setattr(into, name, self._kept(array))
         self._orders = np.ascontiguousarray(law.orders, np.int32)
         into.orders = ffi.from_buffer("int *", self._orders)
-        for name in _ENDS:
+        for name in ENDS:
             setattr(self.rod.actuator, name, float(getattr(actuator, name)))
         self.rod.domain.pressure_max = [float(p) for p in domain.pressure_max]
         self.rod.domain.pressure_sum_max = float(domain.pressure_sum_max)

@@ -1,4 +1,4 @@
-"""Integral over the body of what is known at equally spaced points."""
+"""What is known at equally spaced points of the body: its integral, and its values between them."""
 
 from functools import cache
 
@@ -15,6 +15,7 @@ _FACTORS = (
     33953.0 / 3628800.0,
     8183.0 / 1036800.0,
 )
+_WINDOW = 9
 
 
 @cache
@@ -37,3 +38,19 @@ def integral_weights(steps: int) -> np.ndarray:
         weights[: difference.size] -= factor * difference
         weights[::-1][: difference.size] -= factor * difference
     return weights / steps
+
+
+@cache
+def middle_matrix(steps: int) -> np.ndarray:
+    """Matrix from values at the `steps` + 1 points to values in the middle between each two.
+
+    Those of the polynomial through the nine points nearest, or through all where there are fewer.
+    """
+    size = min(_WINDOW, steps + 1)
+    matrix = np.zeros((steps, steps + 1))
+    for part in range(steps):
+        first = int(np.clip(part + 1 - size // 2, 0, steps + 1 - size))
+        points = np.arange(size) - (part + 0.5 - first)
+        powers = np.vander(points, increasing=True)
+        matrix[part, first : first + size] = np.linalg.inv(powers)[0]
+    return matrix

@@ -1,12 +1,13 @@
 """Rotations and screws. All smooth at zero."""
 
-from collections.abc import Callable
+import math
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
-# Terms kept of the series below 1: the first one dropped is under 1/23! of the leading one.
-_TERMS = 11
+# Of A, B and C below x = 1: coefficients of powers of −x, the first one dropped under 1/23! of the leading.
+_SERIES = np.array([[1.0 / math.factorial(2 * n + first) for first in (1, 2, 3)] for n in range(11)])
 
 
 def cross_matrix(v: Float[Array, "3"]) -> Float[Array, "3 3"]:
@@ -51,23 +52,22 @@ def screw(turn: Float[Array, "3"], shift: Float[Array, "3"]) -> tuple[Float[Arra
     Murray, Li and Sastry (1994), A Mathematical Introduction to Robotic Manipulation, eqs 2.14 and 2.36.
     """
     x = turn @ turn
+    a, b, c = _coefficients(x)
     skew = cross_matrix(turn)
-    skew_squared = skew @ skew
-    a = _series_or(x, 1, lambda x: jnp.sin(jnp.sqrt(x)) / jnp.sqrt(x))
-    b = _series_or(x, 2, lambda x: (1.0 - jnp.cos(jnp.sqrt(x))) / x)
-    c = _series_or(x, 3, lambda x: (jnp.sqrt(x) - jnp.sin(jnp.sqrt(x))) / (x * jnp.sqrt(x)))
-    identity = jnp.eye(3, dtype=turn.dtype)
-    return (identity + b * skew + c * skew_squared) @ shift, identity + a * skew + b * skew_squared
+    skew_squared = jnp.outer(turn, turn) - x * jnp.eye(3, dtype=x.dtype)
+    along = shift + b * jnp.cross(turn, shift) + c * skew_squared @ shift
+    return along, jnp.eye(3, dtype=x.dtype) + a * skew + b * skew_squared
 
 
-def _series_or(
-    x: Float[Array, ""], first: int, closed: Callable[[Float[Array, ""]], Float[Array, ""]]
-) -> Float[Array, ""]:
-    """Σ (−x)ⁿ/(2n + first)! below x = 1, where the closed form cancels, and the closed form above."""
+def _coefficients(x: Float[Array, ""]) -> Float[Array, "3"]:
+    """A, B and C: by their series below x = 1, where the closed forms cancel."""
     small = x < 1.0
-    y = jnp.where(small, x, 0.0)
-    series = jnp.zeros_like(x)
-    for n in range(_TERMS - 1, 0, -1):
-        series = (1.0 + series) * -y / ((2 * n + first) * (2 * n + first - 1))
-    factorial = (1.0, 2.0, 6.0)[first - 1]
-    return jnp.where(small, (1.0 + series) / factorial, closed(jnp.where(small, 1.0, x)))
+    minus = jnp.where(small, -x, 0.0)
+    series = jnp.asarray(_SERIES[-1], x.dtype)
+    for coefficients in _SERIES[-2::-1]:
+        series = jnp.asarray(coefficients, x.dtype) + minus * series
+    large = jnp.where(small, 1.0, x)
+    angle = jnp.sqrt(large)
+    a = jnp.sin(angle) / angle
+    closed = jnp.stack([a, (1.0 - jnp.cos(angle)) / large, (1.0 - a) / large])
+    return jnp.where(small, series, closed)

@@ -328,17 +328,19 @@ class Rod(eqx.Module):
 
         What the ends hold at its volume at rest takes its part of the change away.
         """
+        length, held = self.actuator.body_length, self.actuator.held_length
         curvatures, weights = shape.samples()
         # The stiff end holds as much per length as the rest.
-        weights = weights * (self.actuator.body_length / self.actuator.bending_length)
+        weights = weights * (length / self.actuator.bending_length)
 
-        def potential(pressure: Float[Array, "3"]) -> Float[Array, ""]:
+        def potential(
+            pressure: Float[Array, "3"], curvatures: Float[Array, "n 3"], weights: Float[Array, " n"]
+        ) -> Float[Array, ""]:
             return weights @ jax.vmap(self.section.contracted(pressure).energy)(curvatures)
 
-        volume = -jax.jacfwd(potential)(pressure)
-        length, held = self.actuator.body_length, self.actuator.held_length
-        none = jnp.zeros_like(pressure)
-        rest = length * self.section.volume(none, none)
+        at_rest = jnp.zeros_like(pressure), jnp.zeros_like(curvatures), weights
+        both = jax.tree.map(lambda *rows: jnp.stack(rows), (pressure, curvatures, weights), at_rest)
+        volume, rest = -jax.vmap(jax.grad(potential))(*both)
         return rest + (1.0 - held / length) * (volume - rest)
 
     def _messages(self) -> list[str]:

@@ -10,6 +10,7 @@ from rodmodel.section._oriented_network import OrientedNetwork as OrientedNetwor
 from rodmodel.section._ridge_network import SYMMETRIES as SYMMETRIES
 from rodmodel.section._ridge_network import RidgeNetwork as RidgeNetwork
 from rodmodel.section._ridges import RidgeLaw as RidgeLaw
+from rodmodel.section._solve_3x3 import solve_3x3 as solve_3x3
 from rodmodel.section._turned import MirroredLaw as MirroredLaw
 from rodmodel.section._turned import TurnedLaw as TurnedLaw
 from rodmodel.section._unfolded import unfolded as unfolded

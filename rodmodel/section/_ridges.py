@@ -9,6 +9,7 @@ from jaxtyping import Array, Float
 
 from rodmodel.actuator import Number
 from rodmodel.section._law import CurvatureLaw
+from rodmodel.section._solve_3x3 import solve_3x3
 
 # Newton's method for the free curvature: its longest step, in units of the law's curvature scale, and most.
 _LONGEST = 0.2
@@ -74,7 +75,7 @@ def _root(law: RidgeLaw) -> Float[Array, "3"]:
         return (jnp.max(jnp.abs(at[1])) > limit) & (at[2] < _MOST)
 
     def advance(at: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
-        change = jnp.linalg.solve(law.stiffness(at[0]), law.moment(at[0]))
+        change = solve_3x3(law.stiffness(at[0]), law.moment(at[0]))
         change = change * jnp.minimum(1.0, longest / jnp.max(jnp.abs(change)))
         return at[0] - change, change, at[2] + 1
 
@@ -88,7 +89,7 @@ def _root_jvp(primals: tuple[RidgeLaw], tangents: tuple[RidgeLaw]) -> tuple[Arra
     """Tangent of the root, K δu = −δm."""
     root = _root(*primals)
     moved = jax.jvp(lambda law: law.moment(root), primals, tangents)[1]
-    return root, -jnp.linalg.solve(primals[0].stiffness(root), moved)
+    return root, -solve_3x3(primals[0].stiffness(root), moved)
 
 
 def ridge(z: Float[Array, "*n"]) -> Float[Array, "*n"]:

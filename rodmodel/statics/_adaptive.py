@@ -34,9 +34,9 @@ def integrate(
 
     def rate(fraction: Any, state: State, equilibrium: Equilibrium) -> State:
         """Rates by s/L, in the section's frame."""
-        fraction = jnp.asarray(fraction, unknown.dtype)
-        ahead = jnp.array([0.0, 0.0, 1.0], unknown.dtype) + equilibrium.lean(fraction, state, unknown)
-        return State(ahead, cross_matrix(state.turn), equilibrium.turn_rate(fraction, state, unknown))
+        force = state.rotation.T @ equilibrium.force(jnp.asarray(fraction, unknown.dtype), unknown)
+        turning = equilibrium.turn_rate(force, state.turn)
+        return State(equilibrium.direction(force), cross_matrix(state.turn), turning)
 
     solution = diffrax.diffeqsolve(
         diffrax.ODETerm(rate),

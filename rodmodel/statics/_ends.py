@@ -19,8 +19,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from rodmodel.actuator import Actuator
-from rodmodel.section import CurvatureLaw
-from rodmodel.statics._solve_3x3 import solve_3x3
+from rodmodel.section import CurvatureLaw, solve_3x3
 
 _AZIMUTHS = 2.0 * np.pi / 3.0 * np.arange(3)
 _BENDING_AXES = np.stack([np.sin(_AZIMUTHS), -np.cos(_AZIMUTHS), np.zeros(3)], axis=1)

@@ -8,9 +8,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from rodmodel.actuator import Actuator
-from rodmodel.section import CurvatureLaw
+from rodmodel.kinematics import cross_matrix
+from rodmodel.section import CurvatureLaw, solve_3x3
 from rodmodel.statics._loads import Resultants
-from rodmodel.statics._solve_3x3 import solve_3x3
 
 
 class State(NamedTuple):
@@ -70,23 +70,41 @@ class Equilibrium(eqx.Module):
         none = jnp.zeros(3, unknown.dtype)
         return State(none, jnp.eye(3, dtype=unknown.dtype), unknown[:3])
 
-    def turn_rate(
-        self, fraction: Float[Array, ""], state: State, unknown: Float[Array, " n"]
-    ) -> Float[Array, "3"]:
-        """Derivative of u L by s/L at the fraction s/L of the body."""
+    def force(self, fraction: Float[Array, ""], unknown: Float[Array, " n"]) -> Float[Array, "3"]:
+        """Force n on the section at the fraction s/L of the body [N], base frame."""
+        force = self.loads.end_force + (1.0 - fraction) * self.loads.body_force
+        return force + unknown[3:] if self.unknowns == 6 else force
+
+    def turn_rate(self, force: Float[Array, "3"], turn: Float[Array, "3"]) -> Float[Array, "3"]:
+        """Derivative of u L by s/L, from the force f [N] and u L, both in the body frame."""
         length = self.actuator.bending_length
-        u = state.turn / length
-        force = self._body_force(fraction, state, unknown)
+        u = turn / length
         lean = 1.0 - self.actuator.shear_compliance * force[2]
         torque = -jnp.cross(u, self.law.moment(u)) - lean * _axis_cross(force)
         return length**2 * solve_3x3(self.law.stiffness(u), torque)
 
-    def lean(
-        self, fraction: Float[Array, ""], state: State, unknown: Float[Array, " n"]
-    ) -> Float[Array, "3"]:
-        """What shear adds to r', body frame: c times the force across the section."""
-        force = self._body_force(fraction, state, unknown)
-        return self.actuator.shear_compliance * force.at[2].set(0.0)
+    def turn_rate_slopes(
+        self, force: Float[Array, "3"], turn: Float[Array, "3"]
+    ) -> tuple[Float[Array, "3 3"], Float[Array, "3 3"]]:
+        """Derivatives of `turn_rate` by the force and by u L.
+
+        K δu' = −δu × m − u × K δu − δK u' − (1 − c f₃) e₃ × δf + c δf₃ e₃ × f
+        """
+        length, shear = self.actuator.bending_length, self.actuator.shear_compliance
+        u = turn / length
+        stiffness = self.law.stiffness(u)
+        slope = self.turn_rate(force, turn) / length**2
+        stiffening = jax.jacfwd(lambda u: self.law.stiffness(u) @ slope)(u)
+        by_curvature = cross_matrix(self.law.moment(u)) - cross_matrix(u) @ stiffness - stiffening
+        axis = jnp.array([0.0, 0.0, 1.0], force.dtype)
+        by_force = (shear * force[2] - 1.0) * cross_matrix(axis) + shear * jnp.outer(_axis_cross(force), axis)
+        flexible = jax.vmap(solve_3x3, (None, 1), 1)(stiffness, jnp.hstack([by_force, by_curvature / length]))
+        return length**2 * flexible[:, :3], length**2 * flexible[:, 3:]
+
+    def direction(self, force: Float[Array, "3"]) -> Float[Array, "3"]:
+        """Rᵀ r', from the force f [N]: ahead, and leaning with the force across the section."""
+        ahead = jnp.array([0.0, 0.0, 1.0], force.dtype)
+        return ahead + self.actuator.shear_compliance * (force - force[2] * ahead)
 
     def imbalance(self, end: State, unknown: Float[Array, " n"]) -> Float[Array, " n"]:
         """Moment that the end of the body lacks to balance the cap [N m], body frame.
@@ -102,13 +120,6 @@ class Equilibrium(eqx.Module):
         if loads.follower_force is None:
             return moment
         return jnp.concatenate([moment, back @ pull - loads.follower_force])
-
-    def _body_force(
-        self, fraction: Float[Array, ""], state: State, unknown: Float[Array, " n"]
-    ) -> Float[Array, "3"]:
-        """Force f on a section [N], body frame."""
-        force = self.loads.end_force + (1.0 - fraction) * self.loads.body_force
-        return state.rotation.T @ (force + unknown[3:] if self.unknowns == 6 else force)
 
 
 def _axis_cross(v: Float[Array, "3"]) -> Float[Array, "3"]:

@@ -1,80 +1,52 @@
-"""Neighbouring solutions of an equilibrium: how its sections change with the unknowns and the parameters.
+"""Neighbouring solutions of an equilibrium: its equations linearised, and integrated along the rod.
 
-Each fixed step is differentiated at the section where it begins. Of nodes that such steps made, this is the
-exact derivative of the integration; of more exact ones, it errs by the order of the steps.
+With φ the turn of a section in the body frame, δR = R φ̂, κ = u L and ρ the change of r/L,
+
+    φ' = δκ − κ × φ,   δκ' = H_f (f × φ + Rᵀδn) + H_κ δκ + b,   ρ' = R (φ × v + V (f × φ + Rᵀδn) + c)
+
+where κ' = h(f, κ) and Rᵀr' = v(f) are the equations of the rod, f = Rᵀn, H and V their derivatives, δn the
+change of a follower force, and b and c what the parameters change in h and v at a given section.
 """
+
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from rodmodel.kinematics import cross_matrix, middle_matrix
 from rodmodel.statics._equilibrium import Equilibrium, State
-from rodmodel.statics._steps import step
 
 
-def change_along(
-    equilibrium: Equilibrium,
-    nodes: State,
-    unknown: Float[Array, " n"],
-    unknown_dot: Float[Array, " n"],
-    equilibrium_dot: Equilibrium | None = None,
-) -> State:
-    """Change of the nodes with the unknowns and, where it is given, with the equations.
+class Neighbours(NamedTuple):
+    """Small changes of the nodes, in as many directions as the last axis is long."""
 
-    Parameters
-    ----------
-    equilibrium : equations.
-    nodes : sections from base to end.
-    unknown : of the equilibrium.
-    unknown_dot, equilibrium_dot : their changes.
-
-    Returns
-    -------
-    change : of the nodes.
-    """
-    steps = nodes.turn.shape[0] - 1
-    h = 1.0 / steps
-
-    def along(change: State, at: tuple[Float[Array, ""], State]) -> tuple[State, State]:
-        fraction, state = at
-        if equilibrium_dot is None:
-            after = jax.jvp(
-                lambda s, x: step(equilibrium, fraction, h, s, x)[0], (state, unknown), (change, unknown_dot)
-            )[1]
-        else:
-            after = jax.jvp(
-                lambda e, s, x: step(e, fraction, h, s, x)[0],
-                (equilibrium, state, unknown),
-                (equilibrium_dot, change, unknown_dot),
-            )[1]
-        return after, after
-
-    none = jax.tree.map(jnp.zeros_like, equilibrium.base(unknown))
-    base = none._replace(turn=unknown_dot[:3])
-    fractions = h * jnp.arange(steps, dtype=unknown.dtype)
-    starts = jax.tree.map(lambda values: values[:-1], nodes)
-    _, changes = jax.lax.scan(along, base, (fractions, starts))
-    return jax.tree.map(lambda first, others: jnp.concatenate([first[None], others]), base, changes)
+    rotation: Float[Array, "nodes 3 m"]
+    """φ, body frame."""
+    turn: Float[Array, "nodes 3 m"]
+    """Of u L."""
+    position: Float[Array, "nodes 3 m"]
+    """ρ, base frame."""
 
 
 def by_unknowns(
     equilibrium: Equilibrium, nodes: State, unknown: Float[Array, " n"]
-) -> tuple[State, Float[Array, "n n"]]:
-    """Derivatives of the nodes by the unknowns, and of the imbalance at the end.
+) -> tuple[Neighbours, Float[Array, "n n"]]:
+    """Changes of the nodes with each unknown, and the derivative of the imbalance at the end by them."""
+    n = equilibrium.unknowns
+    base = jnp.zeros((9, n), unknown.dtype).at[3:6, :3].set(jnp.eye(3, dtype=unknown.dtype))
+    forces = jnp.zeros((3, n), unknown.dtype).at[:, 3:].set(jnp.eye(3, dtype=unknown.dtype)[:, : n - 3])
+    matrices, by_force = _linearised(equilibrium, nodes, unknown)
+    forcing = jax.vmap(lambda by, R: by @ R.T @ forces)(by_force, nodes.rotation)
+    changes = _integrate(matrices, forcing, base)
 
-    Returns
-    -------
-    changes : of the nodes; the leading axis is that of the unknowns.
-    jacobian : of the imbalance, its columns by the unknowns.
-    """
+    def missing(end: Float[Array, "9"], unknown: Float[Array, " n"]) -> Float[Array, " n"]:
+        return equilibrium.imbalance(_moved(nodes, end), unknown)
 
-    def column(unknown_dot: Float[Array, " n"]) -> tuple[State, Float[Array, " n"]]:
-        change = change_along(equilibrium, nodes, unknown, unknown_dot)
-        end, end_dot = (jax.tree.map(lambda values: values[-1], states) for states in (nodes, change))
-        return change, jax.jvp(equilibrium.imbalance, (end, unknown), (end_dot, unknown_dot))[1]
-
-    changes, rows = jax.vmap(column)(jnp.eye(equilibrium.unknowns, dtype=unknown.dtype))
-    return changes, rows.T
+    by_end, direct = jax.jacfwd(missing, (0, 1))(jnp.zeros(9, unknown.dtype), unknown)
+    end = jnp.concatenate([changes.rotation[-1], changes.turn[-1], changes.position[-1]])
+    # The unknowns at the base act through the end alone; a follower force acts there too.
+    return changes, by_end @ end + direct.at[:, :3].set(0.0)
 
 
 def equilibrium_change(
@@ -92,12 +64,86 @@ def equilibrium_change(
     nodes, unknown : their changes.
     """
     changes, jacobian = by_unknowns(equilibrium, nodes, unknown)
-    still = jnp.zeros_like(unknown)
-    driven = change_along(equilibrium, nodes, unknown, still, equilibrium_dot)
-    end, end_dot = (jax.tree.map(lambda values: values[-1], states) for states in (nodes, driven))
+    matrices, _ = _linearised(equilibrium, nodes, unknown)
+    fractions = _fractions(nodes)
+
+    def rates(e: Equilibrium) -> Float[Array, "nodes 9"]:
+        def at(s: Float[Array, ""], state: State) -> Float[Array, "9"]:
+            force = state.rotation.T @ e.force(s, unknown)
+            ahead = state.rotation @ e.direction(force)
+            return jnp.concatenate([jnp.zeros_like(force), e.turn_rate(force, state.turn), ahead])
+
+        return jax.vmap(at)(fractions, nodes)
+
+    forcing = jax.jvp(rates, (equilibrium,), (equilibrium_dot,))[1]
+    driven = _integrate(matrices, forcing[:, :, None], jnp.zeros((9, 1), unknown.dtype))
+    end_dot = jnp.concatenate([driven.rotation[-1], driven.turn[-1], driven.position[-1]])[:, 0]
     missing = jax.jvp(
-        lambda e, end: e.imbalance(end, unknown), (equilibrium, end), (equilibrium_dot, end_dot)
+        lambda e, end: e.imbalance(_moved(nodes, end), unknown),
+        (equilibrium, jnp.zeros_like(end_dot)),
+        (equilibrium_dot, end_dot),
     )[1]
     unknown_dot = -jnp.linalg.solve(jacobian, missing)
-    total = jax.tree.map(lambda own, by: own + jnp.tensordot(unknown_dot, by, axes=1), driven, changes)
-    return total, unknown_dot
+    phi, turn, position = (own[:, :, 0] + by @ unknown_dot for own, by in zip(driven, changes, strict=True))
+    rotation = jax.vmap(lambda R, w: R @ cross_matrix(w))(nodes.rotation, phi)
+    return State(position, rotation, turn), unknown_dot
+
+
+def _linearised(
+    equilibrium: Equilibrium, nodes: State, unknown: Float[Array, " n"]
+) -> tuple[Float[Array, "nodes 9 9"], Float[Array, "nodes 9 3"]]:
+    """Matrices of the linearised equations at the nodes, of (φ, δκ, ρ) and of the force Rᵀδn."""
+
+    def at(s: Float[Array, ""], state: State) -> tuple[Array, Array]:
+        force = state.rotation.T @ equilibrium.force(s, unknown)
+        by_force, by_turn = equilibrium.turn_rate_slopes(force, state.turn)
+        leaning = (
+            equilibrium.actuator.shear_compliance * state.rotation @ jnp.diag(jnp.array([1.0, 1.0, 0.0]))
+        )
+        none, turned = jnp.zeros((3, 3), force.dtype), cross_matrix(force)
+        ahead = leaning @ turned - state.rotation @ cross_matrix(equilibrium.direction(force))
+        matrix = jnp.block(
+            [
+                [-cross_matrix(state.turn), jnp.eye(3, dtype=force.dtype), none],
+                [by_force @ turned, by_turn, none],
+                [ahead, none, none],
+            ]
+        )
+        return matrix, jnp.concatenate([none, by_force, leaning])
+
+    matrices, by_force = jax.vmap(at)(_fractions(nodes), nodes)
+    return matrices, by_force
+
+
+def _integrate(
+    matrices: Float[Array, "nodes 9 9"], forcing: Float[Array, "nodes 9 m"], base: Float[Array, "9 m"]
+) -> Neighbours:
+    """Solve x' = A x + b from the base, by the classical Runge-Kutta method of order 4."""
+    steps = matrices.shape[0] - 1
+    h = 1.0 / steps
+    between = jnp.asarray(middle_matrix(steps), matrices.dtype)
+
+    def along(x: Float[Array, "9 m"], at: tuple[Array, ...]) -> tuple[Array, Array]:
+        a, b, c, p, q, r = at
+        k1 = a @ x + p
+        k2 = b @ (x + 0.5 * h * k1) + q
+        k3 = b @ (x + 0.5 * h * k2) + q
+        k4 = c @ (x + h * k3) + r
+        x = x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        return x, x
+
+    middles = (jnp.tensordot(between, values, axes=1) for values in (matrices, forcing))
+    b, q = middles
+    _, found = jax.lax.scan(along, base, (matrices[:-1], b, matrices[1:], forcing[:-1], q, forcing[1:]))
+    found = jnp.concatenate([base[None], found])
+    return Neighbours(found[:, :3], found[:, 3:6], found[:, 6:])
+
+
+def _moved(nodes: State, change: Float[Array, "9"]) -> State:
+    """Section at the end, moved by a small change."""
+    turned = nodes.rotation[-1] @ (jnp.eye(3, dtype=change.dtype) + cross_matrix(change[:3]))
+    return State(nodes.position[-1] + change[6:], turned, nodes.turn[-1] + change[3:6])
+
+
+def _fractions(nodes: State) -> Float[Array, " nodes"]:
+    return jnp.linspace(0.0, 1.0, nodes.turn.shape[0], dtype=nodes.turn.dtype)

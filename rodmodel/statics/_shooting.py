@@ -7,13 +7,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from rodmodel.kinematics import screw
+from rodmodel.kinematics import integral_weights, screw
+from rodmodel.section import solve_3x3
 from rodmodel.statics._equilibrium import Equilibrium, State
 from rodmodel.statics._sensitivity import by_unknowns
-from rodmodel.statics._solve_3x3 import solve_3x3
 from rodmodel.statics._stability import is_stable
 
-_MAX_SHOTS = 512
+_MAX_SHOTS = 1024
 _SMALLEST_LOAD_STEP = 2.0**-16
 
 # What keeps the rod on the branch of equilibria that it takes as the load grows from zero: in a load step, no
@@ -103,7 +103,8 @@ def shoot(
         loaded = equilibrium.scaled(target)
         nodes, resolved = integrate(loaded, at.guess)
         changes, jacobian = by_unknowns(loaded, nodes, at.guess)
-        correction = jnp.linalg.solve(jacobian, loaded.imbalance(_last(nodes), at.guess))
+        solve = solve_3x3 if equilibrium.unknowns == 3 else jnp.linalg.solve
+        correction = solve(jacobian, loaded.imbalance(_last(nodes), at.guess))
         size = jnp.max(jnp.abs(correction / scale))
 
         done = size <= tolerance
@@ -135,7 +136,7 @@ def shoot(
     none, one = jnp.zeros((), int), jnp.ones((), free.dtype)
     unknown = jnp.concatenate([free, jnp.zeros(equilibrium.unknowns - 3, free.dtype)])
     nodes = _free_shape(free, steps)
-    slope = first_slope(equilibrium)
+    slope = first_slope(equilibrium, nodes)
     begin = _Progress(
         Reached(unknown, nodes, 0.0 * one, none, none, jnp.array(True), none + DIVERGED),
         slope=slope,
@@ -150,27 +151,26 @@ def shoot(
     return reached._replace(outcome=jnp.where(short & (reached.shots >= _MAX_SHOTS), TOO_MANY_SHOTS, outcome))
 
 
-def first_slope(equilibrium: Equilibrium) -> Float[Array, " n"]:
+def first_slope(equilibrium: Equilibrium, free: State) -> Float[Array, " n"]:
     """Slope of the unknowns by the load fraction at no load.
 
-    It is what the loads' moment about the base does there, with the rod in its free shape; the weight of the
-    body acts at Simpson's mean of its positions.
+    It is what the loads' moment about the base does there, with the rod in its free shape.
     """
     law, loads, actuator = equilibrium.law, equilibrium.loads, equilibrium.actuator
-    free, length = law.free_curvature, actuator.bending_length
-    axis = jnp.array([0.0, 0.0, length], free.dtype)
-    end, frame = screw(length * free, axis)
-    half, _ = screw(0.5 * length * free, 0.5 * axis)
-    middle, ahead = (4.0 * half + end) / 6.0, frame[:, 2]
+    length = actuator.bending_length
+    weights = jnp.asarray(integral_weights(free.turn.shape[0] - 1), free.turn.dtype)
+    middle, end = length * weights @ free.position, length * free.position[-1]
+    frame = free.rotation[-1]
+    ahead = frame[:, 2]
     moment = loads.end_moment + frame @ loads.follower_moment
     moment = moment + jnp.cross(end, loads.end_force) + jnp.cross(ahead, loads.lever)
     moment = moment + jnp.cross(middle, loads.body_force)
     moment = moment + jnp.cross(frame @ equilibrium.offset, loads.cap_force)
-    pull = jnp.zeros(0, free.dtype)
+    pull = jnp.zeros(0, moment.dtype)
     if loads.follower_force is not None:
         pull = frame @ loads.follower_force
         moment = moment + jnp.cross(end + actuator.tip_length * ahead + frame @ equilibrium.offset, pull)
-    turn = length * solve_3x3(law.stiffness(free), moment)
+    turn = length * solve_3x3(law.stiffness(law.free_curvature), moment)
     return jnp.concatenate([turn, pull])
 
 

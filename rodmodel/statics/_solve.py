@@ -97,17 +97,21 @@ def solve_shape(
     equilibrium = Equilibrium(law, resultants(loads, actuator, free.dtype), actuator, offset)
     reached = solve_equilibrium(equilibrium, start, solver)
     loaded, nodes, unknown = equilibrium.scaled(reached.load_fraction), reached.nodes, reached.unknown
+
+    def beside(s: Float[Array, ""], R: Float[Array, "3 3"], turn: Float[Array, "3"]) -> tuple[Array, Array]:
+        """Slope of u L, and what shear adds to r', at a node."""
+        force = R.T @ loaded.force(s, unknown)
+        lean = R @ (loaded.direction(force) - jnp.array([0.0, 0.0, 1.0], turn.dtype))
+        return loaded.turn_rate(force, turn), lean
+
     fractions = jnp.linspace(0.0, 1.0, nodes.turn.shape[0], dtype=free.dtype)
-    rates, leans = (
-        jax.vmap(quantity, (0, 0, None))(fractions, nodes, unknown)
-        for quantity in (loaded.turn_rate, loaded.lean)
-    )
+    rates, leans = jax.vmap(beside)(fractions, nodes.rotation, nodes.turn)
     shape = Stepped(
         positions=length * nodes.position,
         rotations=nodes.rotation,
         node_curvatures=nodes.turn / length,
         node_slopes=rates / length**2,
-        node_drifts=jax.vmap(jnp.matmul)(nodes.rotation, leans),
+        node_drifts=leans,
         length=length,
     )
     return shape, reached

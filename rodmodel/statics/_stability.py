@@ -17,13 +17,13 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from rodmodel.kinematics import turn_change
+from rodmodel.section import solve_3x3
 from rodmodel.statics._equilibrium import Equilibrium, State
-from rodmodel.statics._solve_3x3 import solve_3x3
+from rodmodel.statics._sensitivity import Neighbours
 
 
 def is_stable(
-    equilibrium: Equilibrium, nodes: State, changes: State, jacobian: Float[Array, "n n"]
+    equilibrium: Equilibrium, nodes: State, changes: Neighbours, jacobian: Float[Array, "n n"]
 ) -> Bool[Array, ""]:
     """Whether the second variation is positive; without a potential, whether no branching was passed.
 
@@ -31,17 +31,17 @@ def is_stable(
     ----------
     equilibrium : equations and loads.
     nodes : of the equilibrium.
-    changes : of the nodes by the unknowns, on a leading axis.
+    changes : of the nodes with each unknown.
     jacobian : of the imbalance by the unknowns.
     """
     no_branching = jnp.linalg.det(jacobian) > 0.0
     if equilibrium.unknowns == 6:
         return no_branching
     # Columns by the unknowns; in the frame of the base turns do not turn with the rod from node to node.
-    turns = jax.vmap(jax.vmap(turn_change), (None, 0), 2)(nodes.rotation, changes.rotation)
+    turns = nodes.rotation @ changes.rotation
     apart = jax.vmap(lambda before, after: _is_positive(_ratio(before, after)))(turns[1:-1], turns[2:])
     # With B the turns of the end and A its moments, A B⁻¹ is wanted, and B⁻¹ A has its eigenvalues.
-    resists = _is_positive(_ratio(nodes.rotation[-1].T @ turns[-1], jacobian))
+    resists = _is_positive(_ratio(changes.rotation[-1], jacobian))
     loads = equilibrium.loads
     conservative = jnp.all(loads.end_moment == 0.0) & jnp.all(loads.follower_moment == 0.0)
     return jnp.where(conservative, jnp.all(apart) & resists, no_branching)

@@ -1,7 +1,10 @@
 """Fixed steps along the rod: a Munthe-Kaas method of order 4, exact for constant curvature."""
 
+from typing import NamedTuple
+
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from rodmodel.kinematics import rotation_of, screw
@@ -10,7 +13,12 @@ from rodmodel.statics._equilibrium import Equilibrium, State
 # Difference of orders 2 and 4 within a step [rad] above which steps are too few, and how much longer than the
 # rod the way to a section may come out.
 _ROUGHNESS = 0.5
-STRETCH = 1.02
+_STRETCH = 1.02
+
+# Of the stages: how far into the step, factor of the bracket of k₁ with the stage before, weight.
+_STAGES = np.array(
+    [[0.0, 0.0, 1.0 / 6.0], [0.5, 0.0, 1.0 / 3.0], [0.5, 0.125, 1.0 / 3.0], [1.0, 0.0, 1.0 / 6.0]]
+)
 
 
 def step(
@@ -50,26 +58,34 @@ def step(
     frame is multiplied from the right here.
     """
     r, R, k1 = state
+    none = jnp.zeros_like(k1)
 
-    def stage(c: float, turn: Float[Array, "3"], k: Float[Array, "3"]) -> tuple[Array, Array]:
-        """Rate of u L, and what shear adds to r', at a part c of the step."""
-        s, here = fraction + c * h, State(r, R @ rotation_of(turn), k)
-        return equilibrium.turn_rate(s, here, unknown), here.rotation @ equilibrium.lean(s, here, unknown)
-
-    rate1, lean1 = stage(0.0, jnp.zeros_like(k1), k1)
-    k2 = k1 + 0.5 * h * rate1
-    rate2, lean2 = stage(0.5, 0.5 * h * k1, k2)
-    k3 = k1 + 0.5 * h * rate2
-    rate3, lean3 = stage(0.5, 0.5 * h * k2 + h**2 / 8.0 * jnp.cross(k1, k2), k3)
-    k4 = k1 + h * rate3
-    rate4, lean4 = stage(1.0, h * k3, k4)
+    def stage(at: _Stages, row: Float[Array, "3"]) -> tuple["_Stages", None]:
+        part, bracket, weight = row
+        k = k1 + part * h * at.rate
+        Q = R @ rotation_of(part * h * at.k + bracket * h**2 * jnp.cross(k1, at.k))
+        f = Q.T @ equilibrium.force(fraction + part * h, unknown)
+        rate = equilibrium.turn_rate(f, k)
+        lean = Q @ (equilibrium.direction(f) - axis)
+        sums = (at.ks + weight * k, at.rates + weight * rate, at.leans + weight * lean)
+        return _Stages(k, rate, *sums), None
 
     axis = jnp.array([0.0, 0.0, 1.0], k1.dtype)
-    turn = h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4) + h**2 / 12.0 * jnp.cross(k1, k4)
-    shift, rotation = screw(turn, h * axis + h**2 / 12.0 * jnp.cross(k1 - k4, axis))
-    leaning = h / 6.0 * (lean1 + 2.0 * lean2 + 2.0 * lean3 + lean4)
-    k = k1 + h / 6.0 * (rate1 + 2.0 * rate2 + 2.0 * rate3 + rate4)
-    return State(r + R @ shift + leaning, R @ rotation, k), jnp.max(jnp.abs(k - k4))
+    end, _ = jax.lax.scan(stage, _Stages(k1, *4 * [none]), jnp.asarray(_STAGES, k1.dtype))
+    turn = h * end.ks + h**2 / 12.0 * jnp.cross(k1, end.k)
+    shift, rotation = screw(turn, h * axis + h**2 / 12.0 * jnp.cross(k1 - end.k, axis))
+    k = k1 + h * end.rates
+    return State(r + R @ shift + h * end.leans, R @ rotation, k), jnp.max(jnp.abs(k - end.k))
+
+
+class _Stages(NamedTuple):
+    """The last stage's u L and its rate, and weighted sums of these and of what shear adds to r'."""
+
+    k: Float[Array, "3"]
+    rate: Float[Array, "3"]
+    ks: Float[Array, "3"]
+    rates: Float[Array, "3"]
+    leans: Float[Array, "3"]
 
 
 def march(equilibrium: Equilibrium, unknown: Float[Array, " n"], steps: int) -> tuple[State, Bool[Array, ""]]:
@@ -95,4 +111,4 @@ def march(equilibrium: Equilibrium, unknown: Float[Array, " n"], steps: int) -> 
 def no_longer_than_the_rod(nodes: State) -> Bool[Array, ""]:
     """Whether no section is farther from the base than the rod is long up to it."""
     parts = jnp.linspace(0.0, 1.0, nodes.position.shape[0], dtype=nodes.position.dtype)
-    return jnp.all(jnp.linalg.norm(nodes.position, axis=1) <= STRETCH * parts)
+    return jnp.all(jnp.linalg.norm(nodes.position, axis=1) <= _STRETCH * parts)

@@ -1,144 +1,185 @@
-"""The rod: the common problem of linear law, the calibrated actuator, batches, derivatives, a cold start.
+"""The calibrated rod of ψ = 0: a solve with tip force and gravity, in Python and in C, beside what it replaced.
 
-Run as ``python -m tests.benchmark.bench_rod``; ``--json`` for one object. Inputs and outputs are NumPy
-arrays, every result is waited for, one core, double precision; medians over single calls, and for batches the
-least of the processor's time, which other processes on the machine do not add to.
+Run as ``python -m tests.benchmark.bench_rod``; ``--json`` for one object. NumPy arrays go in and out, every
+result is waited for, one core, double precision; medians over single calls of the quietest of seven rounds, and
+for batches the least of twenty runs. Three steps at a tolerance of 1e-5: the tip is within 5e-5 of the length
+of that of 64 steps. Cold calls go through 1000 random pressures of the domain, warm ones along a walk of steps
+below 0.1 %.
 
-The common problem: L = 60 mm, EI = 2e-4 N m², GJ = EI/1.5, hanging under its weight of 73 mN, free curvature
-of moment 5.24e-3 N m, out-of-plane tip force 0.02 N.
+The limit of a solve is what no rewriting could leave out: an empty call through cffi, and, in C, the law alone,
+its pressures once and the sums over its ridges at every stage of every integration.
 """
 
 import argparse
-import json
 import os
 import statistics
-import subprocess
-import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
-os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false")
-
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 import rodmodel
-from rodmodel import Adaptive, FixedStep
+from rodmodel.core import INPUT, VARIANTS, CoreRod, lib
+from rodmodel.io import find
+from tests.benchmark import earlier
+from tests.benchmark.clock import ROUNDS, least, median_call, stay_on_one_core
+from tests.benchmark.core_loop import CoreLoop
+from tests.benchmark.figures import Figure, report
 
-COLD_RUNS, WARM_RUNS, BATCH_RUNS, BATCH = 3, 2000, 20, 1000
-LENGTH, STIFFNESS, MOMENT, WEIGHT = 0.06, 2e-4, 5.24e-3, 0.073
-GRAVITY = np.array([0.0, 0.0, 9.81])  # a rod along +z that hangs down
-FORCE = np.array([0.0, 0.02, 0.0])
-COMMAND = "import sys; from rodmodel.cli import main; sys.exit(main())"
-
-
-def common_rod() -> rodmodel.Rod:
-    """Rod of the common problem: a pressure of 1 Pa in chamber 1 stands for the whole intrinsic moment."""
-    law = rodmodel.LinearLaw(
-        jnp.diag(jnp.array([STIFFNESS, STIFFNESS, STIFFNESS / 1.5])),
-        jnp.zeros((3, 3)).at[1, 0].set(-MOMENT / STIFFNESS),
-    )
-    actuator = rodmodel.Actuator(LENGTH, 0.0, 0.012, WEIGHT / 9.81 / LENGTH, 0.0)
-    return rodmodel.Rod(law, actuator, rodmodel.Domain((2.0, 2.0, 2.0), 6.0, 1.0), 0.0)
+CASES, RUNS, STEPS, TOLERANCE = 1000, 20, 3, 1e-5
+TIP_FORCE, GRAVITY = np.array([0.0, 0.02, 0.0]), np.array([0.0, 0.0, 9.81])
+LOADS: dict[str, Any] = {"tip_force": TIP_FORCE, "gravity": GRAVITY}
+#: Microseconds that the fastest variant may take, and by how much more the one before it.
+PYTHON_COLD, PYTHON_WARM, C_COLD, C_WARM, FREE, BATCH = 15.0, 8.0, 11.0, 5.0, 3.0, 8.0
+JACOBIAN, AVX2, ACCURATE = 1.6, 1.6, 5e-5
+EARLIER_COLD, EARLIER_WARM, THREADS = 6.0, 10.0, 1.9
 
 
-def warm(call: Callable[[int], Any], runs: int = WARM_RUNS) -> float:
-    """Median time of a call that has been compiled [s]."""
-    jax.block_until_ready(call(0))
-    times = []
-    for k in range(runs):
-        start = time.perf_counter()
-        jax.block_until_ready(call(k))
-        times.append(time.perf_counter() - start)
-    return statistics.median(times)
+def cases(rod: CoreRod) -> tuple[np.ndarray, np.ndarray]:
+    """Pressures over the domain, and a walk about the first of them, (CASES, 3) each [Pa]."""
+    largest = np.array(rod.domain.pressure_max)
+    largest = largest * min(1.0, rod.domain.pressure_sum_max / largest.sum())
+    pressures = np.random.default_rng(0).uniform(0.0, 1.0, (CASES, 3)) * largest
+    return pressures, pressures[0] * (1.0 + 0.01 * np.sin(0.05 * np.arange(CASES)))[:, None]
 
 
-def processor(call: Callable[[], Any]) -> float:
-    """Least processor time of a call that has been compiled [s]."""
-    jax.block_until_ready(call())
-    times = []
-    for _ in range(BATCH_RUNS):
-        start = time.process_time()
-        jax.block_until_ready(call())
-        times.append(time.process_time() - start)
-    return min(times)
+def calls(predictor: Any, pressures: np.ndarray, walk: np.ndarray, **loads: Any) -> dict[str, float]:
+    """Times of a predictor's calls [s], cold and warm, with a Jacobian and without."""
 
-
-def cold(*loads: str) -> float:
-    """Median wall time of `rodmodel predict`, in a fresh process [s]."""
-    arguments = ["predict", "--pressure-kpa", "30", "0", "0", *loads]
-    times = []
-    for _ in range(COLD_RUNS):
-        start = time.perf_counter()
-        subprocess.run([sys.executable, "-c", COMMAND, *arguments], check=True, capture_output=True)
-        times.append(time.perf_counter() - start)
-    return statistics.median(times)
-
-
-def measure(name: str, rod: rodmodel.Rod, pressures: np.ndarray, steps: int) -> dict[str, float]:
-    """Times of one rod, and the error at the tip against the reference, relative to the length."""
-    loads: dict[str, Any] = {"tip_force": FORCE, "gravity": GRAVITY}
-    predictor = rod.predictor(tuple(loads), solver=FixedStep(steps, 1e-5))
-    several = pressures[:20]
-    exact = jax.vmap(lambda p: rod.solve(p, **loads, throw=False, solver=Adaptive(1e-12)).tip_position)(
-        several
-    )
-    error = np.abs(np.linalg.norm(predictor(several, **loads).tip_position - exact, axis=1)).max()
-
-    def from_cold(k: int) -> Any:
+    def cold(k: int) -> None:
         predictor.reset()
-        return predictor(pressures[k % BATCH], **loads)
+        predictor(pressures[k], **loads)
 
-    reference = jax.jit(lambda p: rod.solve(p, **loads, throw=False).tip_position)
-
-    def with_jacobian(k: int) -> Any:
+    def cold_jacobian(k: int) -> None:
         predictor.reset()
-        return predictor.jacobian(pressures[k % BATCH], **loads)
+        predictor.jacobian(pressures[k], **loads)
 
-    walk = pressures[0] * (1.0 + 0.01 * np.sin(0.05 * np.arange(BATCH)))[:, None]
-    return {
-        f"{name}_tip_error_over_length": float(error / LENGTH),
-        f"{name}_cold_start_us": 1e6 * warm(from_cold),
-        f"{name}_warm_start_us": 1e6 * warm(lambda k: predictor(walk[k % BATCH], **loads)),
-        f"{name}_batch_us_per_solve": 1e6 / BATCH * processor(lambda: predictor(pressures, **loads)),
-        f"{name}_reference_us": 1e6 * warm(lambda k: reference(pressures[k % BATCH]), 300),
-        f"{name}_solve_and_jacobian_us": 1e6 * warm(with_jacobian),
+    kinds: dict[str, Callable[[int], Any]] = {
+        "cold": cold,
+        "cold_jacobian": cold_jacobian,
+        "warm": lambda k: predictor(walk[k], **loads),
+        "warm_jacobian": lambda k: predictor.jacobian(walk[k], **loads),
     }
+    # Rounds of the kinds take turns, as a machine's speed changes from one second to the next.
+    rounds = [{name: median_call(call, CASES, 1) for name, call in kinds.items()} for _ in range(ROUNDS)]
+    return {name: min(times[name] for times in rounds) for name in kinds}
+
+
+def error(rod: CoreRod, pressures: np.ndarray) -> float:
+    """Largest distance of the tip from that of 64 steps, over the length."""
+    fast, fine = (
+        rod.solve_many(pressure=pressures, steps=steps, tolerance=tolerance, **LOADS)
+        for steps, tolerance in ((STEPS, TOLERANCE), (64, 1e-10))
+    )
+    length = rod.actuator.body_length + rod.actuator.cap_length
+    if np.any(fast["result"]) or np.any(fine["result"]):
+        raise RuntimeError("solve_many: got rows without a solution, expected none")
+    apart = np.linalg.norm(fast["tip_position"] - fine["tip_position"], axis=1)
+    return float(apart.max() / length)
+
+
+def of_variant(variant: str, pressures: np.ndarray, walk: np.ndarray) -> Iterator[Figure]:
+    """Figures of one set of instructions, in Python and in C."""
+    rod = CoreRod.of(find("double-helix", 0.0, 3e-3), variant)
+    slower = {VARIANTS[-1]: 1.0, "avx2": AVX2}.get(variant)
+
+    def figure(what: str, seconds: float, bar: float) -> Figure:
+        return Figure(f"{variant}: {what}", 1e6 * seconds, "µs", None if slower is None else slower * bar)
+
+    taken = calls(rod.predictor(tuple(LOADS), steps=STEPS, tolerance=TOLERANCE), pressures, walk, **LOADS)
+    yield figure("Python, cold", taken["cold"], PYTHON_COLD)
+    yield figure("Python, warm", taken["warm"], PYTHON_WARM)
+    for start in ("cold", "warm"):
+        ratio = taken[f"{start}_jacobian"] / taken[start]
+        what = f"{variant}: Python, {start}, with the tip's Jacobian, over the solve"
+        yield Figure(what, ratio, "", JACOBIAN if start == "cold" and slower is not None else None)
+
+    options = rod.options(STEPS, volumes=False, tolerance=TOLERANCE)
+    loop = CoreLoop(rod, variant, options, STEPS)
+    given = {"pressure": pressures, **LOADS}
+    found = rod.solve_many(steps=STEPS, tolerance=TOLERANCE, **given)
+    passes = statistics.median_high(found["shots"].tolist()) * (4 * STEPS + 1)
+    inputs = rod.inputs(**given)
+    cold = loop.solve(inputs)
+    yield figure("C, cold", cold, C_COLD)
+    yield figure("C, warm", loop.solve(rod.inputs(pressure=walk, **LOADS), warm=True), C_WARM)
+    jacobian = loop.solve(inputs, with_jacobian=True)
+    yield Figure(f"{variant}: C, cold, with the tip's Jacobian, over the solve", jacobian / cold, "")
+    limit = loop.sums(inputs, passes)
+    yield Figure(f"{variant}: C, limit: the law alone, {passes} sums over its ridges", 1e6 * limit, "µs")
+    yield Figure(f"{variant}: C, cold, over that limit", cold / limit, "")
+
+    free = rod.predictor(steps=STEPS, tolerance=TOLERANCE)
+    in_python = median_call(lambda k: free(pressures[k]))
+    yield Figure(f"{variant}: free bending, Python", 1e6 * in_python, "µs")
+    unloaded = np.zeros(CASES, INPUT)
+    unloaded["pressure"] = pressures
+    yield figure("free bending, C", loop.solve(unloaded), FREE)
+
+
+def batches(rod: CoreRod, pressures: np.ndarray, cores: set[int]) -> Iterator[Figure]:
+    """Figures of a batch of 1000: on one core, and on two threads."""
+    single, double = (
+        rod.predictor(tuple(LOADS), steps=STEPS, tolerance=TOLERANCE, threads=n) for n in (1, 2)
+    )
+    busy = least(lambda: single(pressures, **LOADS), RUNS, time.process_time)
+    yield Figure("batch of 1000, one core, each", 1e6 * busy / CASES, "µs", BATCH)
+    if len(cores) < 2:
+        return
+    os.sched_setaffinity(0, cores)
+    one, two = (least(lambda p=p: p(pressures, **LOADS), RUNS) for p in (single, double))
+    stay_on_one_core()
+    yield Figure("batch of 1000, two threads, times as fast", one / two, "", THREADS, at_least=True)
+
+
+def before(python: dict[str, float], pressures: np.ndarray, walk: np.ndarray) -> Iterator[Figure]:
+    """Figures of the predictor before the core, as ratios to today's: times of Python's calls [s]."""
+    found = earlier.times(
+        pressures=pressures, walk=walk, steps=STEPS, tolerance=TOLERANCE, rounds=ROUNDS, **LOADS
+    )
+    if found is None:
+        print(f"{earlier.COMMIT}: this checkout lacks the commit, so its predictor is not timed")
+        return
+    for start, bar in (("cold", EARLIER_COLD), ("warm", EARLIER_WARM)):
+        name = f"predictor of {earlier.COMMIT} (JAX), {start}"
+        yield Figure(name, 1e6 * found[f"{start}_s"], "µs")
+        yield Figure(f"{name}, times today's", found[f"{start}_s"] / python[start], "", bar, at_least=True)
+
+
+def reference(pressures: np.ndarray) -> Figure:
+    """Figure of today's differentiable rod, compiled, its whole solution."""
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    jax.config.update("jax_cpu_enable_async_dispatch", False)
+    rod = rodmodel.load("double-helix")
+    solve = jax.jit(lambda p: rod.solve(p, **LOADS, throw=False).tip_position)
+    seconds = median_call(lambda k: jax.block_until_ready(solve(pressures[k])), 100, 3)
+    return Figure("reference: Rod.solve in JAX, compiled, adaptive steps", 1e6 * seconds, "µs")
 
 
 def main() -> None:
     """Measure and print."""
-    jax.config.update("jax_enable_x64", True)
-    # The next call comes when this one is done: a handover to another thread only costs.
-    jax.config.update("jax_cpu_enable_async_dispatch", False)
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--calibration")
+    parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
     options = parser.parse_args()
-    random = np.random.default_rng(0)
-    calibrated = rodmodel.load("double-helix", path=options.calibration)
-    largest = np.array(calibrated.domain.pressure_max)
-    largest = largest * min(1.0, calibrated.domain.pressure_sum_max / largest.sum())
-    empty = jax.jit(lambda x: x + 1.0)
-    pressures = random.uniform(0.0, 1.0, (BATCH, 3)) * largest
-    free = jax.jit(calibrated.solve)
-    common = np.array([1.0, 0.0, 0.0]) * random.uniform(0.9, 1.1, (BATCH, 1))
-    results = {
-        "empty_call_us": 1e6 * warm(lambda k: empty(FORCE)),
-        **measure("common", common_rod(), common, steps=4),
-        **measure("calibrated", calibrated, pressures, steps=3),
-        "free_jitted_us": 1e6 * warm(lambda k: free(pressures[k % BATCH])),
-        "free_unjitted_us": 1e6 * warm(lambda k: calibrated.solve(pressures[k % BATCH])),
-        "cold_process_s": cold(),
-        "cold_process_tip_force_s": cold("--tip-force-n", "0", "0.01", "0"),
-    }
-    if options.json:
-        print(json.dumps(results))
-        return
-    for key, value in results.items():
-        print(f"{key:36s} {value:12.6g}")
+    cores = os.sched_getaffinity(0)
+    stay_on_one_core()
+    rod = rodmodel.load_core("double-helix")
+    pressures, walk = cases(rod)
+    call, arguments = rod.handle.call.rm_default_options, rod.options(STEPS)
+    figures = [
+        Figure("tip's distance from that of 64 steps, over the length", error(rod, pressures), "", ACCURATE),
+        Figure("limit: an empty call through cffi", 1e6 * median_call(lambda k: call(arguments)), "µs"),
+    ]
+    for variant in reversed(VARIANTS):
+        figures += of_variant(variant, pressures, walk)
+    python = calls(rod.predictor(tuple(LOADS), steps=STEPS, tolerance=TOLERANCE), pressures, walk, **LOADS)
+    figures += batches(rod, pressures, cores)
+    figures += before(python, pressures, walk)
+    figures.append(reference(pressures))
+    report("rod", figures, options.json, ("cffi", "numpy", "jax"))
 
 
 if __name__ == "__main__":

@@ -207,71 +207,78 @@ RM_INLINE vec rates_at(const equilibrium *e, rm_real fraction, quat q, vec turn,
 
     vec moments[3], stiffened[3];
     const sym g = driven ? slopes_by_pressure(e->section, slope, moments, stiffened) : stiffening(e->section, slope);
-    const sym h = sym_scale(length * length, flexibility);
-    const vec units[3] = {{R(1.0), R(0.0), R(0.0)}, {R(0.0), R(1.0), R(0.0)}, {R(0.0), R(0.0), R(1.0)}};
-    mat by_turn, by_force, by_phi;
-    vec *turn_columns[3] = {&by_turn.a, &by_turn.b, &by_turn.c};
-    vec *force_columns[3] = {&by_force.a, &by_force.b, &by_force.c};
-    vec *phi_columns[3] = {&by_phi.a, &by_phi.b, &by_phi.c};
-    for (int k = 0; k < 3; k++) {
-        const vec unit = units[k];
-        const vec bent = cross(u, sym_apply(s.stiffness, unit));
-        const vec dtorque = sub(sub(cross(s.moment, unit), bent), sym_apply(g, unit));
-        *turn_columns[k] = scale(R(1.0) / length, sym_apply(h, dtorque));
-        const vec pushed = scale(-arm, axis_cross(unit));
-        *force_columns[k] = sym_apply(h, k == 2 ? along(pushed, e->shear, lean) : pushed);
+    /* K du' = (m^ - u^ K - dK u') du + E (f x phi + R^T dn), E = -(1 - c f3) e3^ + c (e3 x f) e3^T: written out, as
+     * compilers keep products with zeros. */
+    const sym h = sym_scale(length * length, flexibility), k = s.stiffness;
+    const vec m = s.moment;
+    const rm_real t[3][3] = {{u.z * k.xy - u.y * k.xz - g.xx, u.z * k.yy - u.y * k.yz - g.xy - m.z,
+                              u.z * k.yz - u.y * k.zz - g.xz + m.y},
+                             {u.x * k.xz - u.z * k.xx - g.xy + m.z, u.x * k.yz - u.z * k.xy - g.yy,
+                              u.x * k.zz - u.z * k.xz - g.yz - m.x},
+                             {u.y * k.xx - u.x * k.xy - g.xz - m.y, u.y * k.xy - u.x * k.yy - g.yz + m.x,
+                              u.y * k.xz - u.x * k.yz - g.zz}};
+    const rm_real rows[3][3] = {{h.xx, h.xy, h.xz}, {h.xy, h.yy, h.yz}, {h.xz, h.yz, h.zz}};
+    const rm_real per_length = R(1.0) / length;
+    rm_real a[3][3], b[3][3], by_force[3][3];
+    for (int i = 0; i < 3; i++) {
+        const rm_real x = per_length * rows[i][0], y = per_length * rows[i][1], z = per_length * rows[i][2];
+        for (int j = 0; j < 3; j++) {
+            a[i][j] = x * t[0][j] + y * t[1][j] + z * t[2][j];
+        }
+        by_force[i][0] = -arm * rows[i][1];
+        by_force[i][1] = arm * rows[i][0];
+        by_force[i][2] = e->shear * (rows[i][0] * lean.x + rows[i][1] * lean.y);
+        b[i][0] = by_force[i][1] * f.z - by_force[i][2] * f.y;
+        b[i][1] = by_force[i][2] * f.x - by_force[i][0] * f.z;
+        b[i][2] = by_force[i][0] * f.y - by_force[i][1] * f.x;
     }
-    for (int k = 0; k < 3; k++) {
-        *phi_columns[k] = mat_apply(by_force, cross(f, units[k]));
-    }
-    rm_real a[3][3], b[3][3];
-    matrix_rows(a, by_turn);
-    matrix_rows(b, by_phi);
-    for (int c = 0; c < columns; c++) {
-        const rm_real p0 = at->phi[0][c], p1 = at->phi[1][c], p2 = at->phi[2][c];
-        const rm_real k0 = at->kappa[0][c], k1 = at->kappa[1][c], k2 = at->kappa[2][c];
-        rate->phi[0][c] = k0 - (turn.y * p2 - turn.z * p1);
-        rate->phi[1][c] = k1 - (turn.z * p0 - turn.x * p2);
-        rate->phi[2][c] = k2 - (turn.x * p1 - turn.y * p0);
+    for (int c = 0; c < columns; c += RM_BLOCK) {
+        const block p0 = GET(at->phi[0] + c), p1 = GET(at->phi[1] + c), p2 = GET(at->phi[2] + c);
+        const block k0 = GET(at->kappa[0] + c), k1 = GET(at->kappa[1] + c), k2 = GET(at->kappa[2] + c);
+        PUT(rate->phi[0] + c, k0 - (turn.y * p2 - turn.z * p1));
+        PUT(rate->phi[1] + c, k1 - (turn.z * p0 - turn.x * p2));
+        PUT(rate->phi[2] + c, k2 - (turn.x * p1 - turn.y * p0));
         for (int i = 0; i < 3; i++) {
-            rate->kappa[i][c] =
-                a[i][0] * k0 + a[i][1] * k1 + a[i][2] * k2 + b[i][0] * p0 + b[i][1] * p1 + b[i][2] * p2;
+            PUT(rate->kappa[i] + c,
+                (a[i][0] * k0 + a[i][1] * k1 + a[i][2] * k2) + (b[i][0] * p0 + b[i][1] * p1 + b[i][2] * p2));
         }
     }
     if (forces == NULL) {
         return scale(length * length, slope);
     }
 
-    const mat frame = mat_of_quat(q);
-    const mat back = {{frame.a.x, frame.b.x, frame.c.x}, {frame.a.y, frame.b.y, frame.c.y}, {frame.a.z, frame.b.z, frame.c.z}};
     rm_real d[3][3], r[3][3];
-    matrix_rows(d, mat_product(by_force, back));
-    matrix_rows(r, frame);
-    for (int c = 0; c < columns; c++) {
-        const rm_real n0 = forces->end[0][c] + ahead * forces->body[0][c];
-        const rm_real n1 = forces->end[1][c] + ahead * forces->body[1][c];
-        const rm_real n2 = forces->end[2][c] + ahead * forces->body[2][c];
+    matrix_rows(r, mat_of_quat(q));
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) {
+            d[i][j] = by_force[i][0] * r[j][0] + by_force[i][1] * r[j][1] + by_force[i][2] * r[j][2];
+        }
+    }
+    for (int c = 0; c < columns; c += RM_BLOCK) {
+        const block n0 = GET(forces->end[0] + c) + ahead * GET(forces->body[0] + c);
+        const block n1 = GET(forces->end[1] + c) + ahead * GET(forces->body[1] + c);
+        const block n2 = GET(forces->end[2] + c) + ahead * GET(forces->body[2] + c);
         for (int i = 0; i < 3; i++) {
-            rate->kappa[i][c] += d[i][0] * n0 + d[i][1] * n1 + d[i][2] * n2;
+            PUT(rate->kappa[i] + c, GET(rate->kappa[i] + c) + d[i][0] * n0 + d[i][1] * n1 + d[i][2] * n2);
         }
         if (driven) {
             /* Of r' = R (e3 + c (f1, f2, 0)). */
-            const rm_real p0 = at->phi[0][c], p1 = at->phi[1][c], p2 = at->phi[2][c];
-            const rm_real f0 = f.y * p2 - f.z * p1 + r[0][0] * n0 + r[1][0] * n1 + r[2][0] * n2;
-            const rm_real f1 = f.z * p0 - f.x * p2 + r[0][1] * n0 + r[1][1] * n1 + r[2][1] * n2;
-            const rm_real v0 = p1 - p2 * across.y + e->shear * f0, v1 = p2 * across.x - p0 + e->shear * f1;
-            const rm_real v2 = p0 * across.y - p1 * across.x;
+            const block p0 = GET(at->phi[0] + c), p1 = GET(at->phi[1] + c), p2 = GET(at->phi[2] + c);
+            const block f0 = f.y * p2 - f.z * p1 + r[0][0] * n0 + r[1][0] * n1 + r[2][0] * n2;
+            const block f1 = f.z * p0 - f.x * p2 + r[0][1] * n0 + r[1][1] * n1 + r[2][1] * n2;
+            const block v0 = p1 - p2 * across.y + e->shear * f0, v1 = p2 * across.x - p0 + e->shear * f1;
+            const block v2 = p0 * across.y - p1 * across.x;
             for (int i = 0; i < 3; i++) {
-                rate->shift[i][c] = r[i][0] * v0 + r[i][1] * v1 + r[i][2] * v2;
+                PUT(rate->shift[i] + c, r[i][0] * v0 + r[i][1] * v1 + r[i][2] * v2);
             }
         }
     }
     if (driven) {
-        for (int k = 0; k < 3; k++) {
-            const vec push = sym_apply(h, along(scale(R(-1.0), stiffened[k]), R(-1.0), cross(u, moments[k])));
-            rate->kappa[0][forces->pressures + k] += push.x;
-            rate->kappa[1][forces->pressures + k] += push.y;
-            rate->kappa[2][forces->pressures + k] += push.z;
+        for (int p = 0; p < 3; p++) {
+            const vec push = sym_apply(h, along(scale(R(-1.0), stiffened[p]), R(-1.0), cross(u, moments[p])));
+            rate->kappa[0][forces->pressures + p] += push.x;
+            rate->kappa[1][forces->pressures + p] += push.y;
+            rate->kappa[2][forces->pressures + p] += push.z;
         }
     }
     return scale(length * length, slope);

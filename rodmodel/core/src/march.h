@@ -60,31 +60,34 @@ RM_INLINE rm_real share_of(vec moment, const rm_domain *domain)
     return (moment.x * moment.x + moment.y * moment.y) / (b * b) + moment.z * moment.z / (t * t);
 }
 
-RM_INLINE void move(variations *to, const variations *from, rm_real by, const variations *rate, int columns,
-                    int shifted)
+RM_INLINE void move_rows(rm_real (*to)[RM_MOST_COLUMNS], rm_real (*from)[RM_MOST_COLUMNS], rm_real by,
+                         rm_real (*rate)[RM_MOST_COLUMNS], int columns)
 {
     for (int i = 0; i < 3; i++) {
-        for (int c = 0; c < columns; c++) {
-            to->phi[i][c] = from->phi[i][c] + by * rate->phi[i][c];
-            to->kappa[i][c] = from->kappa[i][c] + by * rate->kappa[i][c];
+        for (int c = 0; c < columns; c += RM_BLOCK) {
+            PUT(to[i] + c, GET(from[i] + c) + by * GET(rate[i] + c));
         }
-        if (shifted) {
-            for (int c = 0; c < columns; c++) {
-                to->shift[i][c] = from->shift[i][c] + by * rate->shift[i][c];
-            }
-        }
+    }
+}
+
+RM_INLINE void move(variations *to, variations *from, rm_real by, variations *rate, int columns, int shifted)
+{
+    move_rows(to->phi, from->phi, by, rate->phi, columns);
+    move_rows(to->kappa, from->kappa, by, rate->kappa, columns);
+    if (shifted) {
+        move_rows(to->shift, from->shift, by, rate->shift, columns);
     }
 }
 
 RM_INLINE void take(variations *to, const variations *from, int columns, int shifted)
 {
     for (int i = 0; i < 3; i++) {
-        for (int c = 0; c < columns; c++) {
-            to->phi[i][c] = from->phi[i][c];
-            to->kappa[i][c] = from->kappa[i][c];
-        }
-        for (int c = 0; c < columns && shifted; c++) {
-            to->shift[i][c] = from->shift[i][c];
+        for (int c = 0; c < columns; c += RM_BLOCK) {
+            PUT(to->phi[i] + c, GET(from->phi[i] + c));
+            PUT(to->kappa[i] + c, GET(from->kappa[i] + c));
+            if (shifted) {
+                PUT(to->shift[i] + c, GET(from->shift[i] + c));
+            }
         }
     }
 }

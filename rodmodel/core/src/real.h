@@ -75,6 +75,21 @@ static inline __attribute__((always_inline)) lanes inverse_of(lanes x)
 #define inverse_of(x) (R(1.0) / (x))
 #endif
 
+/* Neighbouring solutions are worked on four at a time. */
+#if defined(__GNUC__)
+#define RM_BLOCK 4
+typedef rm_real block __attribute__((vector_size(RM_BLOCK * sizeof(rm_real))));
+typedef rm_real loose_block
+    __attribute__((vector_size(RM_BLOCK * sizeof(rm_real)), aligned(sizeof(rm_real)), may_alias));
+#define GET(p) ((block)(*(const loose_block *)(p)))
+#define PUT(p, v) (*(loose_block *)(p) = (loose_block)(v))
+#else
+#define RM_BLOCK 1
+typedef rm_real block;
+#define GET(p) (*(p))
+#define PUT(p, v) (*(p) = (v))
+#endif
+
 #if defined(__GNUC__)
 #define RM_INLINE static inline __attribute__((always_inline))
 #else

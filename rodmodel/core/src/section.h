@@ -16,7 +16,7 @@ typedef struct {
     int total;
     rm_real *offsets;             /* b + e.h, of all images */
     rm_real *offset_slopes;       /* (3, total): by the pressures, times 1 Pa; NULL where they are not wanted */
-    rm_real *bend;                /* c phi''; written by `expand` */
+    rm_real *bend;                /* -c phi''/4; written by `linearise` */
     rm_real *jerk;                /* c phi''' */
     rm_real moment_scale, stiffness_scale, third_scale;
     vec slope;                    /* with what the pressures add */
@@ -169,9 +169,9 @@ static void contract(const rm_law *law, const rm_real *pressure, int with_slopes
     }
 }
 
-/* Moment and stiffness at x = u/u_s, both over their scales; c phi'' and c phi''' of all ridges are kept.
+/* Moment and stiffness at x = u/u_s, both over their scales; with `keep`, what the ridges' slopes need is kept.
  *
- * With r = 1/(1 + z^2): phi' = r^2, phi'' = -4 z r^3, phi''' = (20 - 24 r) r^3. */
+ * With r = 1/(1 + z^2): phi' = r^2, phi'' = -4 z r^3, phi''' = (20 - 24 r) r^3; the factor -4 is put in last. */
 RM_INLINE section_state linearise_scaled(const contracted *at, vec x, int keep)
 {
     const rm_law *law = at->law;
@@ -184,7 +184,7 @@ RM_INLINE section_state linearise_scaled(const contracted *at, vec x, int keep)
         const lanes a = LOAD(dx + j), b = LOAD(dy + j), c = LOAD(dz + j);
         const lanes z = LOAD(offsets + j) + x.x * a + x.y * b + x.z * c;
         const lanes r = inverse_of(R(1.0) + z * z);
-        const lanes lift = LOAD(weights + j) * r * r, cube = lift * r, bend = R(-4.0) * z * cube;
+        const lanes lift = LOAD(weights + j) * r * r, cube = lift * r, bend = z * cube;
         if (keep) {
             STORE(at->bend + j, bend);
             STORE(at->jerk + j, (R(20.0) - R(24.0) * r) * cube);
@@ -206,12 +206,12 @@ RM_INLINE section_state linearise_scaled(const contracted *at, vec x, int keep)
     const sym a = {q[0], q[1], q[2], q[3], q[4], q[5]};
     section_state found;
     found.moment = add(add(at->slope, sym_apply(a, x)), vec_of(sums));
-    found.stiffness.xx = a.xx + sums[3];
-    found.stiffness.xy = a.xy + sums[4];
-    found.stiffness.xz = a.xz + sums[5];
-    found.stiffness.yy = a.yy + sums[6];
-    found.stiffness.yz = a.yz + sums[7];
-    found.stiffness.zz = a.zz + sums[8];
+    found.stiffness.xx = a.xx - R(4.0) * sums[3];
+    found.stiffness.xy = a.xy - R(4.0) * sums[4];
+    found.stiffness.xz = a.xz - R(4.0) * sums[5];
+    found.stiffness.yy = a.yy - R(4.0) * sums[6];
+    found.stiffness.yz = a.yz - R(4.0) * sums[7];
+    found.stiffness.zz = a.zz - R(4.0) * sums[8];
     return found;
 }
 
@@ -285,7 +285,7 @@ RM_INLINE sym slopes_by_pressure(const contracted *at, vec y, vec moment[3], vec
     rm_real sums[24];
     sum_lanes(parts, 24, sums);
     for (int k = 0; k < 3; k++) {
-        moment[k] = scale(at->moment_scale, add(at->slope_slopes[k], vec_of(sums + 6 + 3 * k)));
+        moment[k] = scale(at->moment_scale, along(at->slope_slopes[k], R(-4.0), vec_of(sums + 6 + 3 * k)));
         stiffened[k] = scale(at->stiffness_scale, vec_of(sums + 15 + 3 * k));
     }
     const sym found = {sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]};

@@ -7,6 +7,7 @@
 #define RM_SLACK R(1.000001)
 /* By how much base_rotation may miss a rotation, entry by entry: enough for one rounded to single precision. */
 #define RM_ORTHOGONAL R(1e-5)
+
 /* A solve under way, in the workspace. */
 typedef struct {
     const rm_rod *rod;

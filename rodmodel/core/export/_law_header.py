@@ -1,0 +1,204 @@
+"""A rod as C constants: `law.h` and `law.c`."""
+
+import json
+import math
+import textwrap
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rodmodel.core._handle import ENDS, IN_PLACE
+from rodmodel.core._law_data import LawData, law_data
+
+if TYPE_CHECKING:
+    from rodmodel.io import Found
+
+_WIDTH = 118
+
+
+def law_header(found: "Found") -> str:
+    """Return `law.h`: what the constants are, where they come from, and the sizes that they need."""
+    sizes = _law(found).sizes
+    lines = [
+        f"/*\n{_comment(found)}\n */",
+        "#ifndef LAW_H",
+        "#define LAW_H",
+        "",
+        '#include "rodmodel_core.h"',
+        "",
+        "#ifdef __cplusplus",
+        'extern "C" {',
+        "#endif",
+        "",
+        *(f"#define ROD_{name.upper()} {size}" for name, size in sizes.items()),
+        "",
+        "/* Numbers of a workspace for so many steps, with room for a Jacobian and the inverse or without: a constant. */",
+        "#define ROD_WORKSPACE_SIZE(steps, with_jacobian) \\",
+        "    RM_WORKSPACE_SIZE(ROD_IMAGES, ROD_RIDGES, ROD_FEATURES, steps, with_jacobian)",
+        "",
+        "extern const rm_rod rod;",
+    ]
+    if _is_oriented(found):
+        lines += [
+            "",
+            "/* Its orientation psi [rad]. */",
+            f"#define ROD_PSI {_number(found.psi)}",
+            "",
+            "/* Laws of all orientations, and the rod of one of them. `memory` has ROD_ORIENT_SIZE numbers and is the rod's",
+            " * for as long as that is used. */",
+            "#define ROD_ORIENT_SIZE (2 * ROD_IMAGES * ROD_FEATURES)",
+            "extern const rm_oriented rods;",
+            "void rod_at_psi(rm_real psi, rm_real *memory, rm_rod *found);",
+        ]
+    return "\n".join([*lines, "", "#ifdef __cplusplus", "}", "#endif", "", "#endif", ""])
+
+
+def law_source(found: "Found") -> str:
+    """Return `law.c`: the arrays and the rod; of a calibration of all orientations, their laws too."""
+    law = _law(found)
+    apart = {name: array for name, array in law.arrays.items() if name not in IN_PLACE}
+    oriented = law_data(found.calibration.law).orientation if _is_oriented(found) else {}
+    lines = [
+        "/* Numbers of law.h, written by `rodmodel export`; rodmodel_core.h says what each of them is. */",
+        '#include "law.h"',
+        "",
+        "#define N(x) ((rm_real)(x))",
+        "",
+        "#define ACTUATOR \\",
+        *_continued(_ends(found)),
+        "",
+        "#define DOMAIN \\",
+        *_continued(_domain(found)),
+        "",
+        f"#define ANGLE_ERROR {_real(found.calibration.angle_error)}",
+        "",
+        *(_array(name, array) for name, array in {**apart, **oriented}.items() if array.size),
+        f"static const int orders[] = {{{', '.join(str(k) for k in law.orders.ravel())}}};",
+        "",
+        "const rm_rod rod = {",
+        "    .law = {",
+        *_law_fields(law, {}),
+        "    },",
+        "    .actuator = ACTUATOR,",
+        "    .domain = DOMAIN,",
+        "    .angle_error = ANGLE_ERROR,",
+        "};",
+    ]
+    if oriented:
+        own = dict.fromkeys(("feature_biases", "rest_features"), "NULL")
+        lines += [
+            "",
+            "const rm_oriented rods = {",
+            "    .law = {",
+            *_law_fields(law, own),
+            "    },",
+            *(f"    .{name} = {name}," for name in oriented),
+            "};",
+            "",
+            "void rod_at_psi(rm_real psi, rm_real *memory, rm_rod *found)",
+            "{",
+            "    *found = rod;",
+            "    rm_orient(&rods, psi, memory, &found->law);",
+            "}",
+        ]
+    return "\n".join([*lines, ""])
+
+
+def _is_oriented(found: "Found") -> bool:
+    return found.calibration.law.orientation_weights is not None
+
+
+def _law(found: "Found") -> LawData:
+    return law_data(found.calibration.law, found.turns, found.mirrored, found.psi)
+
+
+def _law_fields(law: LawData, others: dict[str, str]) -> list[str]:
+    """Initialise `rm_law`; `others` are names to put in the place of arrays."""
+    fields = {name: str(size) for name, size in law.sizes.items()}
+    fields |= {name: _real(value) for name, value in law.numbers.items()}
+    for name, array in law.arrays.items():
+        if name in IN_PLACE:
+            fields[name] = "{" + ", ".join(_real(x) for x in array.ravel()) + "}"
+        else:
+            fields[name] = others.get(name, name if array.size else "NULL")
+    fields["orders"] = "orders"
+    lines = [f".{name} = {value}," for name, value in fields.items()]
+    return [
+        textwrap.fill(line, _WIDTH, initial_indent=" " * 8, subsequent_indent=" " * 12) for line in lines
+    ]
+
+
+def _ends(found: "Found") -> dict[str, str]:
+    actuator = found.calibration.actuator
+    return {name: _real(float(getattr(actuator, name))) for name in ENDS}
+
+
+def _domain(found: "Found") -> dict[str, str]:
+    domain = found.domain
+    return {
+        "pressure_max": "{" + ", ".join(_real(float(p)) for p in domain.pressure_max) + "}",
+        "pressure_sum_max": _real(float(domain.pressure_sum_max)),
+        "moment_max": _real(float(domain.moment_max)),
+        "torque_max": _real(float(domain.moment_axes[2])),
+    }
+
+
+def _continued(fields: dict[str, str]) -> list[str]:
+    """Initialise a structure in a macro: lines that each but the last go on."""
+    items = [f".{name} = {value}" for name, value in fields.items()]
+    return ["    { \\", *(f"        {item}, \\" for item in items), "    }"]
+
+
+def _array(name: str, array: np.ndarray) -> str:
+    numbers = textwrap.fill(
+        ", ".join(_real(x) for x in array.ravel()),
+        _WIDTH,
+        initial_indent="    ",
+        subsequent_indent="    ",
+        break_on_hyphens=False,
+        break_long_words=False,
+    )
+    return f"static const rm_real {name}[] = {{\n{numbers}\n}};\n"
+
+
+def _real(x: float) -> str:
+    """Constant of the chosen precision; the cast tells compilers that rounding to single precision is meant."""
+    return f"N({_number(x)})"
+
+
+def _number(x: float) -> str:
+    """Seventeen significant digits, which give the double back, as a floating constant of C."""
+    text = f"{float(x):.17g}"
+    return text if "." in text or "e" in text else text + ".0"
+
+
+def _comment(found: "Found") -> str:
+    """What the rod is, in comment lines: layout, domain, error, units, provenance."""
+    from rodmodel.io import calibration_record, calibration_text
+
+    calibration = found.calibration
+    record = calibration_record(calibration)
+    paragraphs = [
+        f"The rod of a soft pneumatic actuator: {calibration.layout.name}, psi {math.degrees(found.psi):.10g} deg, "
+        f"pitch {1e3 * calibration.layout.pitch:.10g} mm.",
+        "Units are SI: m, N, Pa, rad. Numbers have 17 significant digits.",
+        *(line.strip() for line in calibration_text(record).split("\n")[1:]),
+        f"90 % of states have their bending angle within {math.degrees(calibration.angle_error):.2g} deg of the FEM's. "
+        "Chambers above are numbered as the calibration's: rod.domain has this rod's own.",
+        "Where the calibration comes from:",
+        *_provenance(calibration.provenance),
+    ]
+    lines = [line for text in paragraphs for line in textwrap.wrap(_harmless(text), _WIDTH - 3, break_on_hyphens=False)]
+    return "\n".join(f" * {line}" for line in lines)
+
+
+def _provenance(provenance: Any) -> list[str]:
+    return [f"{key}: {json.dumps(value)}" for key, value in provenance.items()]
+
+
+def _harmless(text: str) -> str:
+    """Text that neither ends a comment nor begins one, has no trigraph, and is ASCII."""
+    plain = json.dumps(text)[1:-1].replace('\\"', '"')
+    for pair in ("*/", "/*", "??"):
+        plain = plain.replace(pair, " ".join(pair))
+    return plain

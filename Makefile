@@ -83,6 +83,7 @@ bench: $(PEERS)
 	@set -e; for script in tests/benchmark/bench_*.py; do \
 	  module=$$(echo "$${script%.py}" | tr / .); echo "== $$module"; $(BIN)/python -m "$$module"; \
 	done
+	$(BIN)/python -m tests.benchmark.page
 
 # Keeps .venv: it takes minutes to fetch and is rebuilt when its pins change. The extension stays with it.
 clean:

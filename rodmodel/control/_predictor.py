@@ -102,11 +102,12 @@ class Predictor:
         self._call, self._call_with_jacobian = handle.call.rm_solve, handle.call.rm_solve_with_jacobian
         self._handle = handle.rod
         self._names = set(self.loads)
-        self.reset()
+        self._rooms = [_Room(self._core, self.loads, self._steps)]
 
     def reset(self) -> None:
         """Forget the last solution: the next single call starts cold."""
-        self._rooms: list[_Room] = [_Room(self._core, self.loads, self._steps)]
+        for room in self._rooms:
+            room.start = NULL
 
     def __call__(self, pressure: Numbers, **loads: Numbers) -> Prediction:
         """Predict.

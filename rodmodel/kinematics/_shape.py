@@ -127,7 +127,7 @@ class Stepped(Shape):
         """Node before a section, and the distance from it [m]."""
         # A rounding below a node is the node.
         part = s / self.length * self._steps * (1.0 + 4.0 * jnp.finfo(s.dtype).eps)
-        node = jnp.clip(jnp.floor(part), 0, self._steps - 1).astype(int)
+        node = jnp.clip(jnp.floor(part), 0, self._steps).astype(int)
         return node, s - node * (self.length / self._steps)
 
     def _curvature_after(self, node: Int[Array, ""], distance: Float[Array, ""]) -> Float[Array, "3"]:
@@ -151,7 +151,7 @@ class Stepped(Shape):
     ) -> Float[Array, "3"]:
         """Hermite's cubic at a distance after a node, of values at the nodes and their slopes by s."""
         h = self.length / self._steps
-        x = distance / h
+        x, after = distance / h, jnp.minimum(node + 1, self._steps)
         left, right = (1.0 + 2.0 * x) * (1.0 - x) ** 2, x * x * (3.0 - 2.0 * x)
-        rise = (1.0 - x) * slopes[node] - x * slopes[node + 1]
-        return left * values[node] + right * values[node + 1] + h * x * (1.0 - x) * rise
+        rise = (1.0 - x) * slopes[node] - x * slopes[after]
+        return left * values[node] + right * values[after] + h * x * (1.0 - x) * rise

@@ -15,6 +15,7 @@ from rodmodel.statics._equilibrium import Equilibrium, State
 from rodmodel.statics._loads import Loads, resultants
 from rodmodel.statics._sensitivity import equilibrium_change
 from rodmodel.statics._shooting import ARRIVED, Reached, shoot
+from rodmodel.statics._stability import is_positive
 from rodmodel.statics._steps import march
 
 # What is asked of Newton's method on u L [rad], and of one integration step with adaptive steps.
@@ -92,7 +93,8 @@ def solve_shape(
     if not jax.tree.leaves(loads):
         none, one = jnp.zeros((), int), jnp.ones((), free.dtype)
         empty = State(jnp.zeros((0, 3)), jnp.zeros((0, 3, 3)), jnp.zeros((0, 3)))
-        arrived = Reached(length * free, empty, one, none, none, jnp.array(True), none + ARRIVED)
+        stable = is_positive(law.stiffness(free))
+        arrived = Reached(length * free, empty, one, none, none, stable, none + ARRIVED)
         return Arc(base_curvature=free, length=length), arrived
     equilibrium = Equilibrium(law, resultants(loads, actuator, free.dtype), actuator, offset)
     reached = solve_equilibrium(equilibrium, start, solver)

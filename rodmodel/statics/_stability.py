@@ -1,12 +1,13 @@
 """Stability of an equilibrium of the rod, from the neighbouring solutions that start at the base.
 
-Forces and weight have a potential. An equilibrium is a minimum of the energy if no two neighbouring solutions
-from the base meet again along the rod, ∂θ(s)/∂u₀ regular with θ the turn of a section (Jacobi's condition),
-and if the free end resists every turn, ∂m/∂θ positive definite there. A rod that may buckle to any side meets
-both twice at once, where a determinant keeps its sign; so eigenvalues are looked at, of ∂θ(s)/∂u₀ from node
-to node for the first. A dead or follower moment and a follower force have no potential; what is asked then is
-that the loads passed no branching of equilibria on their way: that the determinant of the shooting Jacobian
-is positive, as it is without loads.
+The stiffness of every section must be positive (Legendre's condition); where it is not, a wall of the section
+would snap. Forces and weight have a potential. An equilibrium is a minimum of the energy if no two
+neighbouring solutions from the base meet again along the rod, ∂θ(s)/∂u₀ regular with θ the turn of a section
+(Jacobi's condition), and if the free end resists every turn, ∂m/∂θ positive definite there. A rod that may
+buckle to any side meets both twice at once, where a determinant keeps its sign; so eigenvalues are looked at,
+of ∂θ(s)/∂u₀ from node to node for the first. A dead or follower moment and a follower force have no
+potential; what is asked then is that the loads passed no branching of equilibria on their way: that the
+determinant of the shooting Jacobian is positive, as it is without loads.
 
 References
 ----------
@@ -34,17 +35,19 @@ def is_stable(
     changes : of the nodes with each unknown.
     jacobian : of the imbalance by the unknowns.
     """
+    stiffness = jax.vmap(equilibrium.law.stiffness)(nodes.turn / equilibrium.actuator.bending_length)
+    convex = jnp.all(jax.vmap(is_positive)(stiffness))
     no_branching = jnp.linalg.det(jacobian) > 0.0
     if equilibrium.unknowns == 6:
-        return no_branching
+        return convex & no_branching
     # Columns by the unknowns; in the frame of the base turns do not turn with the rod from node to node.
     turns = nodes.rotation @ changes.rotation
-    apart = jax.vmap(lambda before, after: _is_positive(_ratio(before, after)))(turns[1:-1], turns[2:])
+    apart = jax.vmap(lambda before, after: is_positive(_ratio(before, after)))(turns[1:-1], turns[2:])
     # With B the turns of the end and A its moments, A B⁻¹ is wanted, and B⁻¹ A has its eigenvalues.
-    resists = _is_positive(_ratio(changes.rotation[-1], jacobian))
+    resists = is_positive(_ratio(changes.rotation[-1], jacobian))
     loads = equilibrium.loads
     conservative = jnp.all(loads.end_moment == 0.0) & jnp.all(loads.follower_moment == 0.0)
-    return jnp.where(conservative, jnp.all(apart) & resists, no_branching)
+    return convex & jnp.where(conservative, jnp.all(apart) & resists, no_branching)
 
 
 def _ratio(by: Float[Array, "3 3"], matrix: Float[Array, "3 3"]) -> Float[Array, "3 3"]:
@@ -52,7 +55,7 @@ def _ratio(by: Float[Array, "3 3"], matrix: Float[Array, "3 3"]) -> Float[Array,
     return jax.vmap(solve_3x3, (None, 1), 1)(by, matrix)
 
 
-def _is_positive(matrix: Float[Array, "3 3"]) -> Bool[Array, ""]:
+def is_positive(matrix: Float[Array, "3 3"]) -> Bool[Array, ""]:
     """Whether no real eigenvalue is negative or zero, given that all are real.
 
     So they are if all coefficients of the characteristic polynomial have the signs that they have for the

@@ -11,13 +11,11 @@ import statistics
 import time
 from typing import Any
 
-import jax
 import numpy as np
 
 import rodmodel
 from fem_reference import Actuator, ActuatorLoad, prepare_process
-from rodmodel import FixedStep
-from tests.benchmark.bench_peers import duration, processor
+from tests.benchmark.figures import duration, processor
 from tests.benchmark.page import write_measured
 
 PRESSURES_KPA = (10.0, 20.0, 30.0, 40.0)
@@ -40,8 +38,8 @@ def finite_elements() -> tuple[list[dict[str, Any]], int]:
 
 def rod(rows: list[dict[str, Any]]) -> None:
     """Add the median time of a warm solve at each pressure, and the differences."""
-    shipped = rodmodel.load("double-helix")
-    predictor = shipped.predictor(("tip_force",), solver=FixedStep(STEPS, 1e-5))
+    shipped = rodmodel.load_core("double-helix")
+    predictor = shipped.predictor(("tip_force",), steps=STEPS, tolerance=1e-5)
     length = shipped.actuator.body_length + shipped.actuator.cap_length
     for row, kpa in zip(rows, PRESSURES_KPA, strict=True):
         pressure = np.array([1e3 * kpa, 0.0, 0.0])
@@ -79,7 +77,6 @@ def table(rows: list[dict[str, Any]], unknowns: int) -> str:
 
 def main() -> None:
     """Measure, print, and write the page's table."""
-    jax.config.update("jax_enable_x64", True)
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", action="store_true", help="print one object and nothing else")
     options = parser.parse_args()

@@ -1,62 +1,82 @@
-"""The inverse: time and success on random reachable targets of the shipped rod.
+"""The inverse: time and success on 1000 reachable targets of the shipped rod of ψ = 0.
 
-Run as ``python -m tests.benchmark.bench_inverse``. Targets are the poses at pressures spread over the domain;
-every result is waited for; medians over single calls, and of the quietest round of fifty.
+Run as ``python -m tests.benchmark.bench_inverse``; ``--json`` for one object. Targets are the poses at
+random pressures of the domain: bends and tip positions of the rod without loads, tip positions under gravity
+and a tip force of up to 0.01 N in a random direction. Those under whose loads the rod has no stable
+equilibrium are no targets. One core; the least of twenty runs over all targets, and the median of single
+calls, which return the whole solution.
 """
 
-import time
-from collections.abc import Callable, Sequence
+import argparse
+from collections.abc import Iterator
 from typing import Any
 
-import jax
 import numpy as np
 
 import rodmodel
+from rodmodel.control import inverse_many
+from rodmodel.core import CoreRod
+from tests.benchmark.clock import least, median_call, stay_on_one_core
+from tests.benchmark.figures import Figure, report
 
-TARGETS, LOADED_TARGETS, ROUND = 1000, 200, 50
+TARGETS, RUNS, ROUNDS = 1000, 20, 5
 GRAVITY = np.array([0.0, 0.0, -9.81])
 LARGEST_FORCE = 0.01  # [N]
+FREE, LOADED = 40.0, 150.0
 
 
-def report(name: str, find: Callable[..., rodmodel.Inverse], targets: Sequence[tuple[Any, ...]]) -> None:
-    """Time each target once and print a line."""
-    jax.block_until_ready(find(*targets[0]))
-    times, reached = [], []
-    for target in targets:
-        begin = time.perf_counter()
-        found = jax.block_until_ready(find(*target))
-        times.append(time.perf_counter() - begin)
-        reached.append(bool(found.reached))
-    rounds = np.array(times).reshape(-1, ROUND)
-    print(
-        f"{name:34s} median {1e6 * np.median(times):6.0f} µs, quietest round "
-        f"{1e6 * np.median(rounds, axis=1).min():6.0f} µs, reached {100.0 * np.mean(reached):.1f} %"
-    )
+def pressures_of(rod: CoreRod, rng: np.random.Generator) -> np.ndarray:
+    """Random pressures over the domain, (TARGETS, 3) [Pa]."""
+    drawn = rng.uniform(size=(20 * TARGETS, 3)) * np.array(rod.domain.pressure_max)
+    return drawn[drawn.sum(axis=1) <= rod.domain.pressure_sum_max][:TARGETS]
+
+
+def figures_of(
+    name: str, rod: CoreRod, bar: float, targets: dict[str, Any], **loads: Any
+) -> Iterator[Figure]:
+    """Figures of targets under loads, a row each or one for all."""
+    count = len(next(iter(targets.values())))
+
+    def single(k: int) -> Any:
+        target = {key: rows[k] for key, rows in targets.items()}
+        here = {key: rows if rows.ndim == 1 else rows[k] for key, rows in loads.items()}
+        return rod.inverse(**target, **here, throw=False)
+
+    found = inverse_many(rod, **targets, **loads)
+    each = least(lambda: inverse_many(rod, **targets, **loads), RUNS) / count
+    yield Figure(f"{name}: each of {count}", 1e6 * each, "µs", bar)
+    yield Figure(f"{name}: a single call", 1e6 * median_call(single, count, ROUNDS), "µs")
+    yield Figure(f"{name}: reached", 100.0 * float(np.mean(found["reached"] != 0)), "%", 100.0, at_least=True)
+    yield Figure(f"{name}: solves a target, median", float(np.median(found["evaluations"])), "")
+    yield Figure(f"{name}: solves a target, most", float(found["evaluations"].max()), "")
 
 
 def main() -> None:
     """Measure and print."""
-    jax.config.update("jax_enable_x64", True)
-    rod = rodmodel.load("double-helix")
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
+    options = parser.parse_args()
+    stay_on_one_core()
+    rod = rodmodel.load_core("double-helix")
     rng = np.random.default_rng(0)
-    pressures = rng.uniform(size=(20 * TARGETS, 3)) * np.array(rod.domain.pressure_max)
-    pressures = pressures[pressures.sum(axis=1) <= rod.domain.pressure_sum_max][:TARGETS]
-    free = jax.jit(jax.vmap(rod.solve))(pressures)
-    bends = zip(np.asarray(free.bending_angle), np.asarray(free.bending_plane), strict=True)
-    report("bend", jax.jit(lambda a, g: rod.inverse(a, g, throw=False)), list(bends))
-    tips = [(tip,) for tip in np.asarray(free.tip_position)]
-    report("tip position", jax.jit(lambda x: rod.inverse(tip_position=x, throw=False)), tips)
-
-    forces = rng.normal(size=(LOADED_TARGETS, 3))
-    forces *= LARGEST_FORCE * rng.uniform(size=(LOADED_TARGETS, 1)) / np.linalg.norm(forces, axis=1)[:, None]
-    loaded = jax.jit(jax.vmap(lambda p, f: rod.solve(p, tip_force=f, gravity=GRAVITY, throw=False)))(
-        pressures[:LOADED_TARGETS], forces
-    )
-    report(
+    pressures = pressures_of(rod, rng)
+    free = rod.solve_many(pressure=pressures)
+    bends = {"bending_angle": free["bending_angle"], "bending_plane": free["bending_plane"]}
+    figures = [*figures_of("bend", rod, FREE, bends)]
+    figures += figures_of("tip position", rod, FREE, {"tip_position": free["tip_position"]})
+    forces = rng.normal(size=(TARGETS, 3))
+    forces *= LARGEST_FORCE * rng.uniform(size=(TARGETS, 1)) / np.linalg.norm(forces, axis=1)[:, None]
+    loaded = rod.solve_many(pressure=pressures, tip_force=forces, gravity=GRAVITY)
+    good = loaded["result"] == 0
+    figures += figures_of(
         "tip position, tip force and gravity",
-        jax.jit(lambda x, f: rod.inverse(tip_position=x, tip_force=f, gravity=GRAVITY, throw=False)),
-        list(zip(np.asarray(loaded.tip_position), forces, strict=True)),
+        rod,
+        LOADED,
+        {"tip_position": loaded["tip_position"][good]},
+        tip_force=forces[good],
+        gravity=GRAVITY,
     )
+    report("inverse", figures, options.json)
 
 
 if __name__ == "__main__":

@@ -1,29 +1,29 @@
-"""Speed against error on one rod, beside other solvers: docs/benchmark.md's table and its picture.
+"""Speed against error on one rod, beside other solvers.
 
-Run as ``python -m tests.benchmark.bench_peers``; ``--only ours scipy`` for some of the solvers, which leaves
-the page and the picture as they are. The peers are in the extra `bench`.
+Run as ``python -m tests.benchmark.bench_peers``; ``--only ours scipy`` for some of the solvers, which keeps
+nothing for the page. The peers are in the extra `bench`.
 """
 
 import argparse
 import json
 import os
-import platform
 import subprocess
 import sys
-from collections.abc import Iterator
-from importlib.metadata import version
-from pathlib import Path
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from typing import Any
 
-from tests.benchmark.page import write_measured
-from tests.benchmark.speed import ONE_THREAD
-from tests.benchmark.speed_picture import draw
+from rodmodel.core import ffi, lib
+from tests.benchmark.clock import ONE_THREAD, median_call
+from tests.benchmark.figures import ROOT, Figure, duration, keep, where
 
-ROOT = Path(__file__).parents[2]
-PICTURE = ROOT / "docs" / "images" / "speed_against_error.png"
-
-MODULES = ("ours", "scipy", "soromox", "elastica")
+MODULES = ("ours", "jax", "scipy", "soromox", "elastica")
 PACKAGES = ("jax", "numpy", "scipy", "numba", "soromox", "pyelastica")
+OURS = "rodmodel"
+#: Peers that the compiled rod is held to: how many times as fast, at the same error.
+HELD_TO = {"solve_ivp + fsolve, numba": 100.0, "soromox GVS + Newton": 100.0}
+#: Errors of the tip over the length at which they are compared.
+ERRORS = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 
 
 def measure(module: str) -> Iterator[dict[str, Any]]:
@@ -44,8 +44,32 @@ def measure(module: str) -> Iterator[dict[str, Any]]:
         )
 
 
-def table(rows: list[dict[str, Any]]) -> str:
-    """Markdown of the rows, with what was measured where."""
+def fastest(rows: Sequence[dict[str, Any]], family: str, start: str, error: float) -> float | None:
+    """Time of a family's fastest setting within an error [s]; None where it has none."""
+    times = [
+        row[f"{start}_s"]
+        for row in rows
+        if row["family"] == family and "failure" not in row and row["error"] <= error
+    ]
+    return min(times, default=None)
+
+
+def ratios(rows: Sequence[dict[str, Any]]) -> Iterator[Figure]:
+    """Figures of the peers' times over ours at the same error, and an empty call for comparison."""
+    for family, bar in HELD_TO.items():
+        for error in ERRORS:
+            for start in ("cold", "warm"):
+                theirs, ours = (fastest(rows, name, start, error) for name in (family, OURS))
+                if theirs is not None and ours is not None:
+                    name = f"{family} at {error:.0e}, {start}, times ours"
+                    yield Figure(name, theirs / ours, "", bar, at_least=True)
+    options = ffi.new("rm_options *")
+    empty = median_call(lambda _: lib.rm_default_options_baseline(options))
+    yield Figure("limit of any call: an empty one through cffi", 1e6 * empty, "µs")
+
+
+def table(rows: Sequence[dict[str, Any]]) -> str:
+    """Markdown of the rows."""
     lines = [
         "| solver | setting | tip error / L | cold start | warm start | first call |",
         "|---|---|---|---|---|---|",
@@ -56,9 +80,7 @@ def table(rows: list[dict[str, Any]]) -> str:
             continue
         times = [duration(row[key]) for key in ("cold_s", "warm_s", "first_call_s")]
         lines.append(" | ".join(["| " + row["family"], row["label"], f"{row['error']:.0e}", *times]) + " |")
-    versions = ", ".join(f"{package} {version(package)}" for package in PACKAGES)
-    lines += ["", f"Python {platform.python_version()}, {versions}; {processor()}, one core, one thread.", ""]
-    return "\n".join(lines)
+    return "\n".join([*lines, ""])
 
 
 def summary(row: dict[str, Any]) -> str:
@@ -69,27 +91,8 @@ def summary(row: dict[str, Any]) -> str:
     return f"error {row['error']:8.1e}   cold {cold:>8s}   warm {warm:>8s}"
 
 
-def duration(seconds: float) -> str:
-    """Time with two or three digits and its unit."""
-    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
-        if seconds >= size or unit == "µs":
-            number = seconds / size
-            return f"{number:.0f} {unit}" if number >= 100 else f"{number:.2g} {unit}"
-    raise AssertionError
-
-
-def processor() -> str:
-    """Name of the processor, as Linux tells it."""
-    information = Path("/proc/cpuinfo")
-    if information.exists():
-        for line in information.read_text().splitlines():
-            if line.startswith("model name"):
-                return line.split(":")[1].strip()
-    return platform.machine()
-
-
 def main() -> None:
-    """Measure, print, and write the page's table and the picture."""
+    """Measure, print, and keep the rows."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", nargs="+", choices=MODULES)
     parser.add_argument("--json", action="store_true", help="print one object and nothing else")
@@ -100,11 +103,15 @@ def main() -> None:
             rows.append(row)
             if not options.json:
                 print(f"{row['family']:28s} {row['label']:26s} {summary(row)}", flush=True)
+    figures = [*ratios(rows)]
+    record = {"rows": rows, "figures": [asdict(figure) for figure in figures], "where": where(PACKAGES)}
     if options.json:
-        print(json.dumps({"rows": rows}))
+        print(json.dumps(record))
+    else:
+        for figure in figures:
+            print(figure.line())
     if options.only is None:
-        write_measured("measured", table(rows))
-        draw([row for row in rows if "failure" not in row], PICTURE)
+        keep("peers", record)
 
 
 if __name__ == "__main__":

@@ -11,6 +11,8 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from tests.benchmark.figures import KEPT
+
 ONE_THREAD = {
     "OMP_NUM_THREADS": "1",
     "MKL_NUM_THREADS": "1",
@@ -56,11 +58,17 @@ def least(call: Callable[[], Any], runs: int, clock: Callable[[], float] = time.
     return min(times)
 
 
-def fresh_processes(code: str, arguments: Sequence[str], runs: int) -> list[str]:
-    """Run code in that many processes, one after the other, and return what each printed."""
+def fresh_processes(code: str, arguments: Sequence[str], runs: int) -> list[tuple[float, str]]:
+    """Run code in that many processes, one after the other: how long each took [s], and what it printed.
+
+    One more goes before them, so that Python's bytecode lies there as an installation has it.
+    """
     command = [sys.executable, "-c", code, *arguments]
-    environment = os.environ | {"OMP_NUM_THREADS": "1"}
-    return [
-        subprocess.run(command, check=True, capture_output=True, text=True, env=environment).stdout
-        for _ in range(runs)
-    ]
+    environment = os.environ | {"OMP_NUM_THREADS": "1", "PYTHONPYCACHEPREFIX": str(KEPT / "bytecode")}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
+    found = []
+    for _ in range(runs + 1):
+        begin = time.perf_counter()
+        done = subprocess.run(command, check=True, capture_output=True, text=True, env=environment)
+        found.append((time.perf_counter() - begin, done.stdout))
+    return found[1:]

@@ -1,4 +1,4 @@
-"""The core timed inside C: `core_loop.c`, compiled as CMake compiles the core, and called in cffi's ABI mode."""
+"""The core timed inside C: `core_loop.c`, compiled as CMake compiles the core, called in cffi's ABI mode."""
 
 import re
 import subprocess
@@ -24,7 +24,8 @@ _FFI.cdef(
     """
     int loop_solves(const void *rod, const void *inputs, int count, const void *options, int warm,
                     int with_jacobian, void *workspace, double *seconds);
-    double loop_sums(const void *rod, const void *inputs, int count, int passes, void *memory, double *seconds);
+    double loop_sums(const void *rod, const void *inputs, int count, int passes, void *memory,
+                     double *seconds);
     """
 )
 

@@ -40,6 +40,11 @@ class Figure:
         bar = f"{sign} {self.bar:g} {self.unit}".rstrip()
         return self.what, with_unit(self.value, self.unit), bar, "met" if self.met else "**not met**"
 
+    def line(self) -> str:
+        """The same, for a terminal."""
+        what, value, bar, verdict = self.cells()
+        return f"{what:72s} {value:>12s}  {bar:14s} {verdict.strip('*')}".rstrip()
+
 
 def with_unit(value: float, unit: str) -> str:
     """Three digits, and whole numbers whole."""
@@ -61,8 +66,7 @@ def report(name: str, figures: Sequence[Figure], as_json: bool, packages: Sequen
         print(json.dumps(record))
         return
     for figure in figures:
-        what, value, bar, verdict = figure.cells()
-        print(f"{what:72s} {value:>12s}  {bar:14s} {verdict.strip('*')}")
+        print(figure.line())
     print(record["where"])
 
 

@@ -1,8 +1,19 @@
-"""Where docs/benchmark.md keeps what was measured."""
+"""Write docs/benchmark.md's tables and its picture from what the benchmarks have kept.
 
-from pathlib import Path
+Run as ``python -m tests.benchmark.page``, after `bench_rod`, `bench_processes`, `bench_inverse`,
+`bench_loads` and `bench_peers`, as ``make bench`` does. A table whose benchmark has kept nothing stays as it is.
+"""
 
-PAGE = Path(__file__).parents[2] / "docs" / "benchmark.md"
+import json
+from collections.abc import Callable
+from typing import Any
+
+from tests.benchmark import bench_peers
+from tests.benchmark.figures import KEPT, ROOT, Figure, table
+from tests.benchmark.speed_picture import draw
+
+PAGE = ROOT / "docs" / "benchmark.md"
+PICTURE = ROOT / "docs" / "images" / "speed_against_error.png"
 
 
 def write_measured(name: str, text: str) -> None:
@@ -14,3 +25,59 @@ def write_measured(name: str, text: str) -> None:
     before, _, rest = page.partition(begin)
     _, _, after = rest.partition(end)
     PAGE.write_text(before + begin + text + end + after)
+
+
+def of_figures(record: dict[str, Any]) -> str:
+    """Table of figures, and where they were measured."""
+    return f"{table([Figure(**figure) for figure in record['figures']])}\n{record['where']}\n"
+
+
+def of_loads(record: dict[str, Any]) -> str:
+    """Table of the share that converges: a line a law, a column a kind of load."""
+    found = {(row["law"], row["kind"]): row for row in record["rows"]}
+    laws, kinds = (list(dict.fromkeys(row[key] for row in record["rows"])) for key in ("law", "kind"))
+    lines = ["| law | " + " | ".join(kinds) + " |", "|---|" + "---|" * len(kinds)]
+    lines += ["| " + " | ".join([law, *(_share(found[law, kind]) for kind in kinds)]) + " |" for law in laws]
+    bad = sum(row["not_finite"] for row in record["rows"])
+    told = f"{record['cases']} cases each; {bad} that converged hold a number that is not finite."
+    return "\n".join([*lines, "", f"{told} {record['where']}", ""])
+
+
+def _share(row: dict[str, Any]) -> str:
+    failures = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in row["failures"].items())
+    return f"{row['converged_percent']:.2f} % ({failures})" if failures else "100 %"
+
+
+def of_peers(record: dict[str, Any]) -> str:
+    """Table of the solvers, then that of ratios."""
+    return f"{bench_peers.table(record['rows'])}\n{of_figures(record)}"
+
+
+#: By the name of a record and of its marks in the page.
+TABLES: dict[str, Callable[[dict[str, Any]], str]] = {
+    "peers": of_peers,
+    "rod": of_figures,
+    "processes": of_figures,
+    "inverse": of_figures,
+    "loads": of_loads,
+}
+
+
+def write() -> list[str]:
+    """Write the tables that have a record; the names of those that have none come back."""
+    absent = []
+    for name, text_of in TABLES.items():
+        file = KEPT / f"{name}.json"
+        if not file.exists():
+            absent.append(name)
+            continue
+        record = json.loads(file.read_text())
+        write_measured(name, text_of(record))
+        if name == "peers":
+            draw([row for row in record["rows"] if "failure" not in row], PICTURE)
+    return absent
+
+
+if __name__ == "__main__":
+    for missing in write():
+        print(f"{missing}: not in {KEPT.relative_to(ROOT)}, so its table stays; run bench_{missing}")

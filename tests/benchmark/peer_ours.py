@@ -1,12 +1,10 @@
-"""The common problem by this package: every setting of its solvers."""
+"""The common problem by the compiled rod, as a control loop calls it, at every setting."""
 
 from collections.abc import Callable
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
-from rodmodel import Actuator, Adaptive, Domain, FixedStep, LinearLaw, Rod, Solution
+from rodmodel import Actuator, CoreRod, Domain
 from tests.benchmark.common_problem import (
     BENDING_STIFFNESS,
     FREE_CURVATURE,
@@ -22,32 +20,47 @@ from tests.benchmark.common_problem import (
 PRESSURE = 30e3
 """Of chamber 1, at which the rod below has the problem's intrinsic curvature [Pa]."""
 
-
-def rod() -> Rod:
-    """Rod of the problem: linear law, no cap, each chamber bends it to its own side."""
-    azimuth = 2.0 * np.pi / 3.0 * np.arange(3)
-    sides = np.stack([np.sin(azimuth), -np.cos(azimuth), np.zeros(3)])
-    law = LinearLaw(
-        section_stiffness=jnp.diag(jnp.array([BENDING_STIFFNESS, BENDING_STIFFNESS, TORSION_STIFFNESS])),
-        curvature_by_pressure=jnp.asarray(sides * abs(FREE_CURVATURE[1]) / PRESSURE),
-    )
-    actuator = Actuator(
-        body_length=LENGTH,
-        cap_length=0.0,
-        body_diameter=0.012,
-        mass_per_length=WEIGHT / (GRAVITY * LENGTH),
-        cap_mass=0.0,
-    )
-    return Rod(law, actuator, Domain((1e5, 1e5, 1e5), 3e5, 1.0), 0.0)
+_AZIMUTH = 2.0 * np.pi / 3.0 * np.arange(3)
+STIFFNESS = np.diag([BENDING_STIFFNESS, BENDING_STIFFNESS, TORSION_STIFFNESS])
+#: Each chamber bends the rod to its own side.
+CURVATURE_BY_PRESSURE = (
+    np.stack([np.sin(_AZIMUTH), -np.cos(_AZIMUTH), np.zeros(3)]) * abs(FREE_CURVATURE[1]) / PRESSURE
+)
+ACTUATOR = Actuator(
+    body_length=LENGTH,
+    cap_length=0.0,
+    body_diameter=0.012,
+    mass_per_length=WEIGHT / (GRAVITY * LENGTH),
+    cap_mass=0.0,
+)
+DOMAIN = Domain((1e5, 1e5, 1e5), 3e5, 1.0)
+#: Steps along the rod, and Newton's tolerance [rad], below what they leave.
+_SETTINGS = (
+    (3, 1e-5),
+    (4, 1e-5),
+    (6, 1e-6),
+    (7, 1e-6),
+    (8, 1e-7),
+    (12, 1e-7),
+    (16, 1e-8),
+    (24, 1e-8),
+    (32, 1e-9),
+    (40, 1e-9),
+    (64, 1e-10),
+    (128, 1e-11),
+)
 
 
 class Control:
     """`Predictor`, as a control loop uses it: fixed steps, from the free shape or from its last solution."""
 
-    def __init__(self, solver: FixedStep) -> None:
+    def __init__(self, steps: int, tolerance: float) -> None:
+        rod = CoreRod.linear(STIFFNESS, CURVATURE_BY_PRESSURE, ACTUATOR, DOMAIN)
         self.pressure, self.gravity = np.array([PRESSURE, 0.0, 0.0]), np.array([0.0, 0.0, GRAVITY])
         # Two, so that the one that starts warm has seen no other than the neighbouring force.
-        self.cold, self.warm = (rod().predictor(("tip_force", "gravity"), solver=solver) for _ in range(2))
+        self.cold, self.warm = (
+            rod.predictor(("tip_force", "gravity"), steps=steps, tolerance=tolerance) for _ in range(2)
+        )
 
     def __call__(self, force: np.ndarray, start: Start | None) -> tuple[np.ndarray, Start]:
         if start is None:
@@ -59,41 +72,12 @@ class Control:
         return prediction.tip_position, prediction
 
 
-class Reference:
-    """`Rod.solve` with adaptive steps, from the free shape or from a solution."""
-
-    def __init__(self, solver: Adaptive) -> None:
-        problem = rod()
-        pressure, gravity = jnp.array([PRESSURE, 0.0, 0.0]), jnp.array([0.0, 0.0, GRAVITY])
-
-        def solve(force: jax.Array, start: Solution | None) -> Solution:
-            loads = {"tip_force": force, "gravity": gravity}
-            return problem.solve(pressure, **loads, throw=False, start=start, solver=solver)
-
-        self.solve = jax.jit(solve)
-
-    def __call__(self, force: np.ndarray, start: Start | None) -> tuple[np.ndarray, Start]:
-        solution = self.solve(force, start)
-        if not solution.converged:
-            raise RuntimeError(f"Rod.solve: {solution.result}")
-        return np.asarray(solution.tip_position), solution
-
-
 def settings() -> list[Setting]:
     """Every setting that is timed."""
 
-    def control(solver: FixedStep) -> Callable[[], Solver]:
-        return lambda: Control(solver)
+    def control(steps: int, tolerance: float) -> Callable[[], Solver]:
+        return lambda: Control(steps, tolerance)
 
-    def reference(solver: Adaptive) -> Callable[[], Solver]:
-        return lambda: Reference(solver)
-
-    made = [
-        Setting("rodmodel, fixed steps", f"{steps} steps", control(FixedStep(steps, tolerance)))
-        for steps, tolerance in ((3, 1e-5), (4, 1e-5), (6, 1e-6), (8, 1e-7), (16, 1e-8), (32, 1e-9))
+    return [
+        Setting("rodmodel", f"{steps} steps", control(steps, tolerance)) for steps, tolerance in _SETTINGS
     ]
-    made += [
-        Setting("rodmodel, adaptive", f"tolerance {tolerance:.0e}", reference(Adaptive(tolerance)))
-        for tolerance in (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
-    ]
-    return made

@@ -6,23 +6,13 @@ of its own so that each solver has one core, one thread, and no other's compiled
 
 import importlib
 import json
-import os
 import statistics
 import sys
 import time
 from collections.abc import Sequence
 from typing import Any
 
-ONE_THREAD = {
-    "OMP_NUM_THREADS": "1",
-    "MKL_NUM_THREADS": "1",
-    "OPENBLAS_NUM_THREADS": "1",
-    "NUMBA_NUM_THREADS": "1",
-    "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1",
-    "JAX_PLATFORMS": "cpu",
-    "JAX_ENABLE_X64": "1",
-}
-"""Environment of a process that times."""
+from tests.benchmark.clock import stay_on_one_core
 
 AGREES = 1e-2
 """Largest error, relative to the length, at which an answer is one to this problem and its time counts."""
@@ -78,8 +68,7 @@ def time_setting(setting: Any, references: Sequence[Any]) -> dict[str, Any]:
 
 def main() -> None:
     """Time every setting of the module named on the command line."""
-    if hasattr(os, "sched_setaffinity"):
-        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+    stay_on_one_core()
     from tests.benchmark.common_problem import FORCES, reference_tip
 
     references = [reference_tip(force) for force in FORCES]

@@ -362,7 +362,7 @@ static int find_pressures(const rm_rod *rod, const rm_target *target, const rm_i
         const rm_real d = rm_abs(target->point[k] - from);
         far = d <= far ? far : d;
     }
-    if (!is_good(&bare) || !(far <= RM_FARTHEST * s.unit)) {
+    if (!is_good(&bare) || !is_usable(options) || !(far <= RM_FARTHEST * s.unit)) {
         fill_with_nan(result->pressure, 4);
         return fail(&result->solution, RM_BAD_INPUT);
     }

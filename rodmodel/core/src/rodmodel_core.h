@@ -44,7 +44,8 @@ typedef double rm_real;
 /* How a solve ended. */
 enum rm_result {
     RM_SUCCESSFUL = 0,     /* the equilibrium under the whole load, on the branch that the rod takes from rest */
-    RM_BAD_INPUT = 1,      /* a pressure below zero, a number that is not finite, or no rotation matrix */
+    RM_BAD_INPUT = 1,      /* a pressure below zero, a number above 1e300 (1e30 in single precision) or NaN, no rotation
+                            * matrix, steps below 1, or a tolerance that is negative or above 0.01 rad */
     RM_UNSTABLE = 2,       /* the rod snaps or buckles before the whole load is on it */
     RM_NOT_CONVERGED = 3,  /* Newton's method found no equilibrium that the rod could have gone to */
     RM_UNRESOLVED = 4,     /* the rod turns too sharply for so few steps: take more */

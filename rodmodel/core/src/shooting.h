@@ -179,9 +179,10 @@ static void shoot_six(const equilibrium *e, const rm_domain *domain, const rm_re
 static void check(const equilibrium *e, const rm_domain *domain, const rm_real *unknown, int steps, rm_node *nodes,
                   march_end *end, rm_real (*jacobian)[RM_MOST_COLUMNS], rm_real *correction)
 {
+    variations none; /* no column of it is looked at */
     rm_real missing[6];
     const vec pull = pull_of(e, unknown);
-    march(e, domain, vec_of(unknown), pull, steps, 0, 0, NULL, NULL, NULL, nodes, end);
+    march(e, domain, vec_of(unknown), pull, steps, 0, 0, NULL, &none, NULL, nodes, end);
     imbalance_at(e, end, pull, missing);
     solve_small(jacobian, missing, e->unknowns, correction);
 }

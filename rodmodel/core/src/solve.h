@@ -7,6 +7,8 @@
 #define RM_SLACK R(1.000001)
 /* By how much base_rotation may miss a rotation, entry by entry: enough for one rounded to single precision. */
 #define RM_ORTHOGONAL R(1e-5)
+/* Above this tolerance [rad] whatever is guessed would pass for an equilibrium. */
+#define RM_LOOSEST R(1e-2)
 
 /* A solve under way, in the workspace. */
 typedef struct {
@@ -96,6 +98,12 @@ static int is_good(const rm_input *input)
         good &= determinant(base) > R(0.0);
     }
     return good;
+}
+
+/* Whether steps and tolerance are numbers to solve with; of the others, any are. */
+static int is_usable(const rm_options *options)
+{
+    return (options->steps >= 1) & (options->tolerance >= R(0.0)) & (options->tolerance <= RM_LOOSEST);
 }
 
 static int covers_pressure(const rm_domain *domain, const rm_real *p)
@@ -226,7 +234,8 @@ static void put_volumes(solve_state *at, const rm_real *pressure, rm_real *volum
         static const rm_real none[3] = {R(0.0), R(0.0), R(0.0)};
         rm_real rest[3];
         contracted still = at->section;
-        contract(&at->rod->law, none, 0, at->features, at->section.offsets, &still);
+        /* In the room of c phi'', which nobody keeps over this: stations and derivatives look at the offsets again. */
+        contract(&at->rod->law, none, 0, at->features, at->section.bend, &still);
         memset(at->lifts, 0, (size_t)total * sizeof(rm_real));
         add_lifts(&still, no_vec(), a->body_length, at->lifts);
         volumes_of(&still, none, at->lifts, a->body_length, no_vec(), at->features, rest);
@@ -305,20 +314,6 @@ static void complete_nodes(solve_state *at)
     }
 }
 
-/* Where no load step succeeded, what was reached is the rod without loads. */
-static void fall_back(solve_state *at, const rm_input *input, const rm_options *options)
-{
-    if (at->loaded && at->reached.load_fraction == R(0.0)) {
-        rm_input bare = *input;
-        const reached_state failed = at->reached;
-        bare.given &= RM_BASE;
-        equilibrate(at, &bare, options, NULL, NULL);
-        at->reached.load_fraction = R(0.0);
-        at->reached.outcome = failed.outcome == ARRIVED ? DIVERGED : failed.outcome;
-        at->reached.shots = failed.shots;
-    }
-}
-
 /* Columns for the derivatives by pressures, and with `by_loads` by the loads; with `keep`, along the rod. */
 static void prepare_derivatives(const solve_state *at, const rm_input *input, int by_loads, int keep, derivatives *d)
 {
@@ -356,6 +351,24 @@ static void prepare_derivatives(const solve_state *at, const rm_input *input, in
     }
 }
 
+/* Where no load step succeeded, what was reached is the rod without loads. */
+static void fall_back(solve_state *at, const rm_input *input, const rm_options *options, derivatives *d)
+{
+    if (at->loaded && at->reached.load_fraction == R(0.0)) {
+        rm_input bare = *input;
+        const reached_state failed = at->reached;
+        bare.given &= RM_BASE;
+        equilibrate(at, &bare, options, NULL, NULL);
+        at->reached.load_fraction = R(0.0);
+        at->reached.outcome = failed.outcome == ARRIVED ? DIVERGED : failed.outcome;
+        at->reached.shots = failed.shots;
+        if (d != NULL) {
+            /* Without a follower force there are fewer unknowns. */
+            prepare_derivatives(at, &bare, d->inputs == RM_INPUTS, d->kept != NULL, d);
+        }
+    }
+}
+
 /* Solve; with the derivatives that were prepared, where they are wanted and the last shot carried them. */
 static int solve_begun(solve_state *at, const rm_input *input, const rm_options *options, const rm_real *start,
                        derivatives *d, rm_solution *solution)
@@ -364,7 +377,7 @@ static int solve_begun(solve_state *at, const rm_input *input, const rm_options 
         return fail(solution, RM_NOT_CONVERGED);
     }
     equilibrate(at, input, options, start, d);
-    fall_back(at, input, options);
+    fall_back(at, input, options, d);
     const int result = put_solution(at, input, options, solution);
     if (options->ask & RM_VOLUMES) {
         put_volumes(at, input->pressure, solution->chamber_volume);
@@ -375,7 +388,7 @@ static int solve_begun(solve_state *at, const rm_input *input, const rm_options 
 static int solve(solve_state *at, const rm_rod *rod, const rm_input *input, const rm_options *options,
                  const rm_real *start, rm_real *workspace, rm_solution *solution)
 {
-    if (!is_good(input) || options->steps < 1) {
+    if (!is_good(input) || !is_usable(options)) {
         return fail(solution, RM_BAD_INPUT);
     }
     begin(at, rod, input->pressure, options->steps, 0, workspace);

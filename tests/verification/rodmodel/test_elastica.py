@@ -5,12 +5,14 @@ from dataclasses import replace
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
-from rodmodel import Rod
-from rodmodel._balance import Equilibrium
-from rodmodel._equilibria import Adaptive, solve_equilibrium
-from rodmodel._loads import Loads, resultants
+from rodmodel import RESULTS, Actuator, Adaptive, Domain, FixedStep, LinearLaw, Rod
+from rodmodel.statics import Loads
+from rodmodel.statics._equilibrium import Equilibrium
+from rodmodel.statics._loads import resultants
+from rodmodel.statics._solve import solve_equilibrium
 from tests.unit.rodmodel import synthetic
 
 LENGTH = synthetic.ACTUATOR.body_length
@@ -157,6 +159,67 @@ def test_a_large_force_does_not_send_the_rod_to_another_equilibrium(rod: Rod) ->
         np.testing.assert_allclose(np.degrees(solution.bending_angle), end_angle, atol=1e-6)
 
 
+def elastica_of(alpha: float) -> np.ndarray:
+    """Tip over L under a load α; the end's angle is found as its distance from 90 degrees, e to some power."""
+
+    def at(power: float) -> tuple[float, float, float]:
+        return elastica(0.5 * np.pi - np.exp(power))
+
+    _, deflection, height = at(brentq(lambda power: at(power)[0] - alpha, -16.0, np.log(0.5 * np.pi - 1e-9)))
+    return np.array([deflection, 0.0, height])
+
+
+@pytest.fixture(scope="module")
+def unit_rod() -> Rod:
+    """EI = GJ = L = 1, without a cap."""
+    law = LinearLaw(jnp.eye(3), jnp.zeros((3, 3)))
+    return Rod(law, Actuator(1.0, 0.0, 0.1, 0.0, 0.0), Domain((1.0, 1.0, 1.0), 3.0, 1e9), 0.0)
+
+
+FORCES = [1.0, 5.0, 10.0, 20.0, 40.0, 60.0, 80.0, 100.0, 125.0, 150.0]
+
+
+def test_large_forces_are_solved_and_to_the_tolerance(unit_rod: Rod) -> None:
+    """Shooting grows what a step errs by, by up to exp √α: it is 1e-10, and the answer a hundred times that
+    at the most."""
+    for alpha in FORCES:
+        solution = unit_rod.solve(np.zeros(3), tip_force=[alpha, 0.0, 0.0])
+        assert solution.converged
+        assert solution.stable
+        np.testing.assert_allclose(solution.tip_position, elastica_of(alpha), atol=EXACT)
+
+
+@pytest.mark.parametrize("steps", [2, 4, 8, 16, 32])
+def test_steps_that_are_too_few_are_flagged(unit_rod: Rod, steps: int) -> None:
+    """What comes back as converged is right to what steps of order 4 can do for a curve over 1/√α of L."""
+    answers = []
+    for alpha in FORCES:
+        found = unit_rod.solve(np.zeros(3), [alpha, 0.0, 0.0], solver=FixedStep(steps), throw=False)
+        assert np.linalg.norm(found.tip_position) < 1.02
+        if found.converged:
+            error = np.linalg.norm(found.tip_position - elastica_of(alpha))
+            assert error < 0.02 * min(1.0, (np.sqrt(alpha) / steps) ** 4)
+        else:
+            assert found.result == RESULTS.unresolved
+        answers.append(bool(found.converged))
+    # Where a load is too large, so are all above it; enough steps do them all.
+    assert answers == sorted(answers, reverse=True)
+    assert all(answers) is (steps >= 16)
+    assert answers[0]
+
+
+@pytest.mark.parametrize("part", [0.3, 0.9])
+def test_a_push_below_buckling_leaves_the_leaning_rod_stable(unit_rod: Rod, part: float) -> None:
+    """Sideways force 1e-4: deflection F/P (tan k/k − 1), k² = P; the next term is of its square."""
+    push, force = part * np.pi**2 / 4.0, 1e-4
+    for solver in (Adaptive(), FixedStep(16)):
+        solution = unit_rod.solve(np.zeros(3), tip_force=[force, 0.0, -push], solver=solver)
+        assert solution.stable
+        k = np.sqrt(push)
+        expected = force / push * (np.tan(k) / k - 1.0)
+        np.testing.assert_allclose(solution.tip_position[0], expected, rtol=2e-4)
+
+
 @pytest.mark.slow
 def test_the_error_falls_with_the_tolerance() -> None:
     """The error of a step is held below the tolerance, on states of order one. Shooting and the
@@ -166,10 +229,11 @@ def test_the_error_falls_with_the_tolerance() -> None:
     law = synthetic.bending_law()
     pressure, force = jnp.array([30e3, 10e3, 0.0]), jnp.array([0.2, 0.1, 0.1])
     loads = resultants(Loads(tip_force=force), synthetic.ACTUATOR, force.dtype)
-    problem = Equilibrium(law.at(pressure), loads, synthetic.ACTUATOR)
+    problem = Equilibrium(law.at(pressure), loads, synthetic.ACTUATOR, jnp.zeros(3))
 
     def states(tolerance: float) -> np.ndarray:
-        return np.concatenate(solve_equilibrium(problem, None, Adaptive(tolerance)).nodes, axis=1)
+        position, rotation, turn = solve_equilibrium(problem, None, Adaptive(tolerance)).nodes
+        return np.concatenate([position, rotation.reshape(-1, 9), turn], axis=1)
 
     reference = states(1e-13)
     errors = []

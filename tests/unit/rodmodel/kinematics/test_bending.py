@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from jaxtyping import Array
 
-from rodmodel._bending import bending
-from rodmodel._shape import Arc
+from rodmodel.kinematics import Arc, bend, bending
 
 LENGTH = 0.06
 
 
+@jax.jit
 def arc_bending(curvature: Array) -> tuple[Array, Array]:
     positions, rotations = Arc(base_curvature=curvature, length=LENGTH).poses()
     return bending(rotations[:, :, 2], positions[-1])
@@ -81,3 +81,33 @@ def test_the_plane_stays_below_a_whole_turn() -> None:
     """An azimuth a rounding below zero is zero, not 360°."""
     _, plane = bending(jnp.array([[0.0, 0.0, 1.0], [-0.6, 1e-18, 0.8]]), jnp.array([-1.0, 0.0, 1.0]))
     assert 0.0 <= plane < 1e-12
+
+
+@jax.jit
+def arc_bend(curvature: Array) -> Array:
+    positions, rotations = Arc(base_curvature=curvature, length=LENGTH).poses()
+    angle, _ = bending(rotations[:, :, 2], positions[-1])
+    return bend(rotations[-1, :, 2], angle)
+
+
+@pytest.mark.parametrize("angle_deg", [0.0, 1e-6, 1e-3, 5, 90, 179, 181, 300, 500])
+def test_the_bend_is_angle_and_plane_in_one_vector(angle_deg: float) -> None:
+    expected = np.radians(angle_deg) * np.array([np.cos(0.7), np.sin(0.7)])
+    found = arc_bend(curvature(angle_deg, np.degrees(0.7)))
+    # The azimuth errs by a rounding over the sine of the angle, and the bend by the angle times that.
+    sine = max(abs(np.sin(np.radians(angle_deg))), 1e-3)
+    np.testing.assert_allclose(found, expected, atol=1e-14 * (1.0 + np.radians(angle_deg) / sine))
+
+
+def test_the_bend_is_smooth_where_the_rod_is_straight() -> None:
+    """An untwisted arc's bend is L (−u₂, u₁), whatever its size; the series meets the closed form at 1e-4."""
+    by_curvature = LENGTH * np.array([[0.0, -1.0], [1.0, 0.0]])
+    slope = jax.jit(jax.jacfwd(arc_bend))
+    for angle in (0.0, 0.99e-4, 1.01e-4):
+        found = slope(curvature(np.degrees(angle), 40.0))
+        np.testing.assert_allclose(found[:, :2], by_curvature, atol=2e-8 * LENGTH)
+
+
+def test_a_tip_that_points_down_has_a_bend_of_its_angle() -> None:
+    down = bend(jnp.array([0.0, 0.0, -1.0]), jnp.array(np.pi))
+    np.testing.assert_array_equal(down, [np.pi, 0.0])

@@ -28,11 +28,13 @@ def law() -> OrientedNetwork:
 
 @pytest.fixture
 def file(law: OrientedNetwork, tmp_path: Path) -> Path:
-    calibration = replace(
-        synthetic.calibration(),
+    calibration = rodmodel.Calibration(
         layout=rodmodel.Layout("double-helix", None, 3e-3),
+        actuator=synthetic.ACTUATOR,
         section_law=law,
         domain=rodmodel.Domain((60e3, 60e3, 60e3), 150e3, 8e-3),
+        error={"free_bending_angle_rad": {"median": 0.004, "p95": 0.016, "worst": 0.05}},
+        provenance={},
     )
     path = tmp_path / "oriented.json"
     rodmodel.save_calibration(calibration, path)
@@ -109,9 +111,11 @@ def test_orientations_are_mapped_over(file: Path) -> None:
 def test_load_takes_any_orientation_from_such_a_file(law: OrientedNetwork, file: Path) -> None:
     rod = rodmodel.load("double-helix", psi=PSI, path=file)
     u, p = states(1)[0]
-    np.testing.assert_array_equal(rod.section.moment(u, p), law.at_psi(PSI).moment(u, p))
+    expected = law.at_psi(PSI).moment(u, p)
+    np.testing.assert_allclose(rod.section.moment(u, p), expected, atol=1e-12 * np.abs(expected).max())
     read = rodmodel.read_calibration(file).section_law
-    assert eqx.tree_equal(read, law)
+    for one, other in zip(jax.tree.leaves(read), jax.tree.leaves(law), strict=True):
+        np.testing.assert_array_equal(one, other)
 
 
 def test_a_file_of_one_orientation_has_no_others(tmp_path: Path) -> None:
@@ -131,8 +135,7 @@ def test_parts_that_do_not_fit_are_refused(law: OrientedNetwork) -> None:
 
 
 def test_two_nested_maps_are_one_after_the_other() -> None:
-    """Over orientations and pressures, as a study of windings does; of the law that ships, so many that XLA
-    would share the work among threads if it were one kernel."""
+    """Over orientations and pressures, as a study of windings does; of the law that ships."""
     law = rodmodel.load_oriented("double-helix").section
     psi = jnp.linspace(0.0, 1.0, 400)
     pressures = 30e3 * jnp.eye(3)

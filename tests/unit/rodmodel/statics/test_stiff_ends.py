@@ -16,15 +16,14 @@ FORCE = jnp.array([0.01, 0.02, -0.01])
 
 def rods() -> tuple[Rod, Rod]:
     """With a stiff end, and the same put together by hand."""
-    calibration = synthetic.calibration()
-    actuator = calibration.actuator
+    actuator = synthetic.ACTUATOR
     shorter = replace(
         actuator,
         body_length=actuator.body_length - TIP,
         cap_length=actuator.cap_length + TIP,
     )
     stiff = replace(actuator, stiff_tip=TIP)
-    both = (Rod(calibration.section_law, a, calibration.domain, 0.01) for a in (stiff, shorter))
+    both = (Rod(synthetic.bending_law(), a, synthetic.DOMAIN, 0.01) for a in (stiff, shorter))
     return next(both), next(both)
 
 

@@ -1,0 +1,70 @@
+"""What the exported example prints, as Python computes it: `main.c` says what each row is."""
+
+import numpy as np
+
+from rodmodel.core import CoreRod
+from tests.verification.core.toolchain import found
+
+STEPS, PATH = 8, 20
+PARTS = ((0.0, 0.0, 0.0), (0.7, 0.2, 0.0), (0.1, 0.0, 0.6))
+LOADS = {"tip_force": (0.0, 2e-3, 0.0), "gravity": (0.0, 0.0, 9.81)}
+
+
+def assert_example(rows: dict[str, np.ndarray], psi_deg: float, relative: float) -> None:
+    """Compare rows of the example: positions to a part of the length, angles [rad] to as much."""
+    rod = CoreRod.of(found(psi_deg))
+    assert rows["failures"] == 0
+    loads: dict[str, tuple[float, ...]]
+    poses = []
+    for loads in ({}, LOADS):
+        poses += [_pose(rod, _pressure(rod, parts), loads, None)[0] for parts in PARTS]
+    _assert_poses(rows["predict"], np.array(poses), relative)
+
+    start = None
+    for n in range(PATH + 1):
+        part = n / PATH
+        pose, start = _pose(rod, _pressure(rod, (0.6 * part, 0.3 * part, 0.0)), LOADS, start)
+    _assert_poses(rows["path"], pose[None], relative)
+
+    solution, jacobian = rod.jacobian(_pressure(rod, (0.5, 0.2, 0.0)), **LOADS, steps=STEPS)
+    for name, columns in (("pressure", rows["jacobian"][:, :3]), ("tip_force", rows["jacobian"][:, 3:])):
+        wanted = jacobian.tip_position[name]
+        np.testing.assert_allclose(columns, wanted, rtol=0, atol=100 * relative * np.abs(wanted).max())
+
+    reached = rows["inverse"][0]
+    pose, _ = _pose(rod, reached[:3], LOADS, None)
+    _assert_poses(rows["inverse"], pose[None], relative)
+    assert np.linalg.norm(reached[3:6] - solution.tip_position) < 1e-4 + relative * _length(rod)
+
+    assert ("psi" in rows) == (found(psi_deg).calibration.layout.psi is None)
+    if "psi" in rows:
+        turned = [CoreRod.of(found(psi_deg + np.degrees(0.1 * k))) for k in range(3)]
+        poses = [_pose(other, _pressure(other, PARTS[1]), {}, None)[0] for other in turned]
+        _assert_poses(rows["psi"], np.array(poses), relative)
+
+
+def _length(rod: CoreRod) -> float:
+    return float(rod.actuator.body_length + rod.actuator.cap_length)
+
+
+def _pressure(rod: CoreRod, parts: tuple[float, float, float]) -> np.ndarray:
+    return np.array(parts) * np.minimum(rod.domain.pressure_max, rod.domain.pressure_sum_max / 3.0)
+
+
+def _pose(rod, pressure, loads, start):
+    solution = rod.solve(pressure, **loads, steps=STEPS, start=start)
+    flat = [solution.bending_angle, solution.bending_plane, solution.in_domain]
+    return np.array([*pressure, *solution.tip_position, *flat]), solution
+
+
+def _assert_poses(came: np.ndarray, wanted: np.ndarray, relative: float) -> None:
+    # Lengths are of 66 mm; rounding of the pressures, of their sum.
+    np.testing.assert_allclose(came[:, :3], wanted[:, :3], rtol=relative)
+    np.testing.assert_allclose(came[:, 3:6], wanted[:, 3:6], rtol=0, atol=0.066 * relative)
+    np.testing.assert_allclose(came[:, 6], wanted[:, 6], rtol=0, atol=relative)
+    # The plane of a rod that is straight but for rounding is one of rounding.
+    bent = wanted[:, 6] > 1e-9
+    np.testing.assert_allclose(
+        came[bent, 6] * came[bent, 7], wanted[bent, 6] * wanted[bent, 7], rtol=0, atol=7 * relative
+    )
+    np.testing.assert_array_equal(came[:, 8], wanted[:, 8])

@@ -1,0 +1,33 @@
+"""The exported rod on an emulated Cortex-M7 gives what it gives here, and fits into its memory."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.verification.core import microcontroller
+from tests.verification.core.expected import assert_example
+from tests.verification.core.toolchain import OWN, exported, needs, table
+
+# The processor adds in one lane, with a C library of its own: rounding differs, and Newton's last step with it.
+PARTS = {False: 1e-12, True: 2e-4}
+# Of the smaller parts of the family (STM32F74x): tightly coupled memory, and flash.
+RAM, FLASH = 64 * 1024, 1024 * 1024
+
+
+@pytest.mark.parametrize("single_precision", [False, True])
+def test_the_example_prints_the_numbers_of_python(tmp_path: Path, single_precision: bool):
+    needs(*microcontroller.TOOLS)
+    folder = exported(tmp_path / "rod", single_precision=single_precision)
+    rows = table(microcontroller.run(folder, "example", single_precision))
+    assert_example(rows, OWN, PARTS[single_precision])
+
+
+@pytest.mark.parametrize("single_precision", [False, True])
+def test_a_rod_fits_into_a_small_controller(tmp_path: Path, single_precision: bool):
+    needs(*microcontroller.TOOLS)
+    folder = exported(tmp_path / "rod", single_precision=single_precision)
+    found = microcontroller.footprint(folder, single_precision)
+    assert found.workspace["jacobian"] + max(found.stack.values()) < RAM
+    assert found.workspace["solve"] < found.workspace["jacobian"]
+    assert found.stack["free"] < found.stack["loaded"]
+    assert found.code + found.law < FLASH

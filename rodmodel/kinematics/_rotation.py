@@ -53,10 +53,11 @@ def screw(turn: Float[Array, "3"], shift: Float[Array, "3"]) -> tuple[Float[Arra
     """
     x = turn @ turn
     a, b, c = _coefficients(x)
-    skew = cross_matrix(turn)
-    skew_squared = jnp.outer(turn, turn) - x * jnp.eye(3, dtype=x.dtype)
-    along = shift + b * jnp.cross(turn, shift) + c * skew_squared @ shift
-    return along, jnp.eye(3, dtype=x.dtype) + a * skew + b * skew_squared
+    identity, skew = jnp.eye(3, dtype=x.dtype), cross_matrix(turn)
+    powers = jnp.stack([identity, skew, jnp.outer(turn, turn) - x * identity])
+    one = jnp.ones_like(x)
+    rotation, along = jnp.tensordot(jnp.array([[one, a, b], [one, b, c]]), powers, axes=1)
+    return along @ shift, rotation
 
 
 def _coefficients(x: Float[Array, ""]) -> Float[Array, "3"]:

@@ -22,7 +22,7 @@ from rodmodel.statics._steps import march
 _TOLERANCE = {"float64": 1e-10, "float32": 1e-5}
 
 # The adaptive solver's result is given at so many equal parts of the body.
-_NODES = 32
+_NODES = 64
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,8 @@
 """Write docs/benchmark.md's tables and its picture from what the benchmarks have kept.
 
 Run as ``python -m tests.benchmark.page``, after `bench_rod`, `bench_processes`, `bench_inverse`,
-`bench_loads` and `bench_peers`, as ``make bench`` does. A table whose benchmark has kept nothing stays as it is.
+`bench_loads` and `bench_peers`, as ``make bench`` does. A table whose benchmark has kept nothing stays as it
+is.
 """
 
 import json

@@ -184,14 +184,16 @@ RM_INLINE void matrix_rows(rm_real rows[3][3], mat m)
  *
  *     phi' = du - u x phi,   K du' = -du x m - u x K du - e3 x (f x phi + R^T dn) - dK u' - u x dm - (dK/dp) u'
  *
- * with their forces and changes of the law where they are `driven`, and of r/L where it is asked for. */
+ * with their forces and changes of the law and of r/L where they are `driven`. With neighbouring solutions that are not
+ * driven, the law's expansion is stored; without any, the section is taken from there, if it is given. */
 RM_INLINE vec rates_at(const equilibrium *e, rm_real fraction, quat q, vec turn, vec pull, int columns, int driven,
-                       const column_forces *forces, const variations *at, variations *rate, section_state *section,
-                       vec *drift)
+                       const column_forces *forces, const variations *at, variations *rate, expansion *stored,
+                       section_state *section, vec *drift)
 {
     const rm_real length = e->length, ahead = R(1.0) - fraction;
     const vec u = scale(R(1.0) / length, turn);
-    const section_state s = linearise(e->section, u, columns > 0);
+    const section_state s = columns > 0 || stored == NULL ? linearise(e->section, u, columns > 0)
+                                                          : linearise_near(e->section, u, stored);
     const vec n = add(along(e->loads.end_force, ahead, e->loads.body_force), pull);
     const vec f = into_body(q, n), lean = axis_cross(f);
     const rm_real arm = R(1.0) - e->shear * f.z;
@@ -206,7 +208,17 @@ RM_INLINE vec rates_at(const equilibrium *e, rm_real fraction, quat q, vec turn,
     }
 
     vec moments[3], stiffened[3];
-    const sym g = driven ? slopes_by_pressure(e->section, slope, moments, stiffened) : stiffening(e->section, slope);
+    sym g;
+    if (driven) {
+        g = slopes_by_pressure(e->section, slope, moments, stiffened);
+    } else {
+        rm_real third[10];
+        third_derivatives(e->section, third);
+        g = stiffening(third, slope);
+        stored->curvature = u;
+        stored->section = s;
+        memcpy(stored->third, third, sizeof third);
+    }
     /* K du' = (m^ - u^ K - dK u') du + E (f x phi + R^T dn), E = -(1 - c f3) e3^ + c (e3 x f) e3^T: written out, as
      * compilers keep products with zeros. */
     const sym h = sym_scale(length * length, flexibility), k = s.stiffness;

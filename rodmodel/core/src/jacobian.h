@@ -33,7 +33,7 @@ static void differentiate(solve_state *at, const rm_options *options, derivative
         vec drift;
         last[0] = d->end;
         rates_at(&e, R(1.0), reached->end.frame, reached->end.turn, pull, d->columns, 1, &d->forces, last, last + 1,
-                 &section, &drift);
+                 NULL, &section, &drift);
     }
 
     /* What the law and the cap's offset change at the end at once. */

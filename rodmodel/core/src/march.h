@@ -94,10 +94,11 @@ RM_INLINE void take(variations *to, const variations *from, int columns, int shi
 
 /* Integrate from base to end. `columns` neighbouring solutions from `at`, which ends at theirs; `driven`: those by
  * pressures and loads are among them, with changes of position; their states and rates at the nodes go to `kept`,
- * where it is not NULL. */
+ * where it is not NULL. Expansions of the law at every stage and at the end, 4 steps + 1 of them, are `stored` by an
+ * integration with neighbouring solutions that are not driven, and serve one without any. */
 RM_INLINE void march(const equilibrium *e, const rm_domain *domain, vec turn, vec pull, int steps, int columns,
-                     int driven, const column_forces *forces, variations *at, variations *kept, rm_node *nodes,
-                     march_end *end)
+                     int driven, const column_forces *forces, variations *at, variations *kept,
+                     expansion *stored, rm_node *nodes, march_end *end)
 {
     const rm_real h = R(1.0) / (rm_real)steps, length = e->length;
     quat q = e->mount;
@@ -130,7 +131,8 @@ RM_INLINE void march(const equilibrium *e, const rm_domain *domain, vec turn, ve
                 move(&near, at, c, &rate, columns, driven);
             }
             rates[stage] = rates_at(e, fraction + c, frame, k[stage], pull, columns, driven, forces,
-                                    stage > 0 ? &near : at, &rate, &s, &drift);
+                                    stage > 0 ? &near : at, &rate, stored == NULL ? NULL : stored + 4 * n + stage, &s,
+                                    &drift);
             if (stage == 0) {
                 end->moment_share = larger(end->moment_share, share_of(s.moment, domain));
                 end->convex &= sym_is_positive(s.stiffness);
@@ -173,7 +175,15 @@ RM_INLINE void march(const equilibrium *e, const rm_domain *domain, vec turn, ve
             before = after;
         }
     }
-    const section_state last = linearise(e->section, scale(R(1.0) / length, turn), columns > 0);
+    const vec u = scale(R(1.0) / length, turn);
+    expansion *const at_end = stored == NULL ? NULL : stored + 4 * steps;
+    const section_state last = columns > 0 || stored == NULL ? linearise(e->section, u, columns > 0)
+                                                             : linearise_near(e->section, u, at_end);
+    if (columns > 0 && stored != NULL) {
+        at_end->curvature = u;
+        at_end->section = last;
+        third_derivatives(e->section, at_end->third);
+    }
     end->moment_share = larger(end->moment_share, share_of(last.moment, domain));
     end->convex &= sym_is_positive(last.stiffness);
     end->section = last;

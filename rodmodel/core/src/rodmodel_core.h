@@ -287,6 +287,7 @@ int rm_inverse_batch(const rm_rod *rod, const rm_target *targets, const rm_input
 #define RM_PADDED(count) (((count) + RM_PAD - 1) / RM_PAD * RM_PAD)
 #define RM_NODE_SIZE 16
 #define RM_KEPT_SIZE 288
+#define RM_EXPANSION_SIZE 22
 /* Points a side of that grid, and steps along the rod of the inverse's search under loads: what it returns is solved
  * with the caller's. */
 #define RM_GRID 8
@@ -294,7 +295,7 @@ int rm_inverse_batch(const rm_rod *rod, const rm_target *targets, const rm_input
 #define RM_NODES(steps, with_jacobian) (((with_jacobian) && (steps) < RM_SEARCH_STEPS ? RM_SEARCH_STEPS : (steps)) + 1)
 #define RM_WORKSPACE_SIZE(images, ridges, features, steps, with_jacobian)                                             \
     (2 * RM_PADDED(3 + (features)) + 7 * (images) * (ridges) + RM_PADDED(RM_NODES(steps, with_jacobian))              \
-     + 2 * RM_NODE_SIZE * RM_NODES(steps, with_jacobian)                                                              \
+     + (2 * RM_NODE_SIZE + 4 * RM_EXPANSION_SIZE) * RM_NODES(steps, with_jacobian)                                    \
      + ((with_jacobian) ? RM_KEPT_SIZE * RM_NODES(steps, with_jacobian) + RM_GRID * RM_GRID * RM_GRID : 0) + RM_PAD)
 
 #ifdef __cplusplus

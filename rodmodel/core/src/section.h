@@ -30,6 +30,18 @@ typedef struct {
     sym stiffness; /* d2Pi/du2 [N m^2] */
 } section_state;
 
+/* Section at a curvature, with the third derivatives d3Pi/du3 [N m^3]: entries 111, 112, 113, 122, 123, 133, 222,
+ * 223, 233, 333. */
+typedef struct {
+    vec curvature;
+    section_state section;
+    rm_real third[10];
+} expansion;
+
+/* How far from an expansion the law is taken from it, over the curvature scale: what is left out of the stiffness is
+ * of second order in that. */
+#define RM_NEARBY R(1e-3)
+
 #if RM_LANES > 1 && !defined(RM_REAL_FLOAT)
 typedef long long integers __attribute__((vector_size(RM_LANES * sizeof(long long))));
 
@@ -230,28 +242,62 @@ RM_INLINE section_state linearise(const contracted *at, vec curvature, int keep)
     return found;
 }
 
-/* Change of the stiffness along a change of curvature y [1/m^2], where `linearise` was kept [N m]. */
-RM_INLINE sym stiffening(const contracted *at, vec y)
+/* Third derivatives [N m^3], where `linearise` was kept. */
+RM_INLINE void third_derivatives(const contracted *at, rm_real third[10])
 {
     const int total = at->total;
     const rm_real *dx = at->law->directions, *dy = dx + total, *dz = dy + total;
-    lanes parts[8];
+    lanes parts[16];
     memset(parts, 0, sizeof parts);
     for (int j = 0; j < total; j += RM_LANES) {
-        const lanes a = LOAD(dx + j), b = LOAD(dy + j), c = LOAD(dz + j);
-        const lanes w = LOAD(at->jerk + j) * (y.x * a + y.y * b + y.z * c);
-        const lanes wa = w * a, wb = w * b;
-        parts[0] += wa * a;
-        parts[1] += wa * b;
-        parts[2] += wa * c;
-        parts[3] += wb * b;
-        parts[4] += wb * c;
-        parts[5] += w * c * c;
+        const lanes a = LOAD(dx + j), b = LOAD(dy + j), c = LOAD(dz + j), w = LOAD(at->jerk + j);
+        const lanes wa = w * a, wb = w * b, waa = wa * a, wbb = wb * b, wcc = w * c * c, wab = wa * b;
+        parts[0] += waa * a;
+        parts[1] += waa * b;
+        parts[2] += waa * c;
+        parts[3] += wbb * a;
+        parts[4] += wab * c;
+        parts[5] += wcc * a;
+        parts[6] += wbb * b;
+        parts[7] += wbb * c;
+        parts[8] += wcc * b;
+        parts[9] += wcc * c;
     }
-    rm_real sums[8];
-    sum_lanes(parts, 8, sums);
-    const sym found = {sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]};
-    return sym_scale(at->third_scale, found);
+    rm_real sums[16];
+    sum_lanes(parts, 10, sums);
+    for (int k = 0; k < 10; k++) {
+        third[k] = at->third_scale * sums[k];
+    }
+}
+
+/* Change of the stiffness along a change of curvature. */
+RM_INLINE sym stiffening(const rm_real t[10], vec y)
+{
+    const sym found = {t[0] * y.x + t[1] * y.y + t[2] * y.z, t[1] * y.x + t[3] * y.y + t[4] * y.z,
+                       t[2] * y.x + t[4] * y.y + t[5] * y.z, t[3] * y.x + t[6] * y.y + t[7] * y.z,
+                       t[4] * y.x + t[7] * y.y + t[8] * y.z, t[5] * y.x + t[8] * y.y + t[9] * y.z};
+    return found;
+}
+
+RM_INLINE sym sym_add(sym a, sym b)
+{
+    const sym found = {a.xx + b.xx, a.xy + b.xy, a.xz + b.xz, a.yy + b.yy, a.yz + b.yz, a.zz + b.zz};
+    return found;
+}
+
+/* Section at a curvature: from an expansion where that is near, and from the law elsewhere. */
+RM_INLINE section_state linearise_near(const contracted *at, vec curvature, const expansion *near)
+{
+    const vec way = sub(curvature, near->curvature);
+    if (!(largest(way) <= RM_NEARBY * at->law->curvature_scale)) {
+        return linearise(at, curvature, 0);
+    }
+    const sym more = stiffening(near->third, way);
+    section_state found = near->section;
+    found.moment = add(found.moment, sym_apply(found.stiffness, way));
+    found.moment = along(found.moment, R(0.5), sym_apply(more, way));
+    found.stiffness = sym_add(found.stiffness, more);
+    return found;
 }
 
 /* By the pressures, where `linearise` was kept: of the moment [N m/Pa], and of the stiffness applied to y [1/m^2].

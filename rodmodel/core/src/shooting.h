@@ -146,21 +146,21 @@ RM_INLINE void set_follower_columns(rm_real tip_length, rm_real by, column_force
 
 /* Integrate with the neighbouring solutions of each unknown; the correction to be subtracted, in its scale. */
 static void shoot_three(const equilibrium *e, const rm_domain *domain, const rm_real *unknown, int steps,
-                        rm_node *nodes, march_end *end, rm_real (*jacobian)[RM_MOST_COLUMNS], rm_real *correction,
+                        expansion *stored, rm_node *nodes, march_end *end, rm_real (*jacobian)[RM_MOST_COLUMNS], rm_real *correction,
                         int *stable)
 {
     variations at;
     rm_real missing[6];
     start_columns(&at, 4, 3);
-    march(e, domain, vec_of(unknown), no_vec(), steps, 4, 0, NULL, &at, NULL, nodes, end);
+    march(e, domain, vec_of(unknown), no_vec(), steps, 4, 0, NULL, &at, NULL, stored, nodes, end);
     imbalance_at(e, end, no_vec(), missing);
     imbalance_changes(e, end, no_vec(), 4, NULL, &at, jacobian);
     *stable = is_stable(e, end, &at, jacobian, solve_small(jacobian, missing, 3, correction));
 }
 
 static void shoot_six(const equilibrium *e, const rm_domain *domain, const rm_real *unknown, const rm_real *scales,
-                      int steps, rm_node *nodes, march_end *end, rm_real (*jacobian)[RM_MOST_COLUMNS],
-                      rm_real *correction, int *stable)
+                      int steps, expansion *stored, rm_node *nodes, march_end *end,
+                      rm_real (*jacobian)[RM_MOST_COLUMNS], rm_real *correction, int *stable)
 {
     variations at;
     column_forces forces;
@@ -169,20 +169,21 @@ static void shoot_six(const equilibrium *e, const rm_domain *domain, const rm_re
     memset(&forces, 0, sizeof forces);
     set_follower_columns(e->tip_length, scales[3], &forces);
     start_columns(&at, 8, 3);
-    march(e, domain, vec_of(unknown), pull, steps, 8, 0, &forces, &at, NULL, nodes, end);
+    march(e, domain, vec_of(unknown), pull, steps, 8, 0, &forces, &at, NULL, stored, nodes, end);
     imbalance_at(e, end, pull, missing);
     imbalance_changes(e, end, pull, 8, &forces, &at, jacobian);
     *stable = is_stable(e, end, &at, jacobian, solve_small(jacobian, missing, 6, correction));
 }
 
-/* Integrate alone; the correction with the Jacobian of a shot nearby. */
-static void check(const equilibrium *e, const rm_domain *domain, const rm_real *unknown, int steps, rm_node *nodes,
-                  march_end *end, rm_real (*jacobian)[RM_MOST_COLUMNS], rm_real *correction)
+/* Integrate alone, the law from expansions where these are near; the correction with the Jacobian of the shot that
+ * stored them. */
+static void check(const equilibrium *e, const rm_domain *domain, const rm_real *unknown, int steps, expansion *stored,
+                  rm_node *nodes, march_end *end, rm_real (*jacobian)[RM_MOST_COLUMNS], rm_real *correction)
 {
     variations none; /* no column of it is looked at */
     rm_real missing[6];
     const vec pull = pull_of(e, unknown);
-    march(e, domain, vec_of(unknown), pull, steps, 0, 0, NULL, &none, NULL, nodes, end);
+    march(e, domain, vec_of(unknown), pull, steps, 0, 0, NULL, &none, NULL, stored, nodes, end);
     imbalance_at(e, end, pull, missing);
     solve_small(jacobian, missing, e->unknowns, correction);
 }
@@ -215,13 +216,13 @@ static void shoot_driven(const equilibrium *e, const rm_domain *domain, const rm
         d->end.phi[2][n + k] = e->mount_slopes[k].z;
     }
     if (d->columns == 8) {
-        march(e, domain, turn, pull, steps, 8, 1, &d->forces, &d->end, NULL, nodes, end);
+        march(e, domain, turn, pull, steps, 8, 1, &d->forces, &d->end, NULL, NULL, nodes, end);
         imbalance_changes(e, end, pull, 8, &d->forces, &d->end, d->jacobian);
     } else if (d->columns == 12) {
-        march(e, domain, turn, pull, steps, 12, 1, &d->forces, &d->end, d->kept, nodes, end);
+        march(e, domain, turn, pull, steps, 12, 1, &d->forces, &d->end, d->kept, NULL, nodes, end);
         imbalance_changes(e, end, pull, 12, &d->forces, &d->end, d->jacobian);
     } else {
-        march(e, domain, turn, pull, steps, 16, 1, &d->forces, &d->end, d->kept, nodes, end);
+        march(e, domain, turn, pull, steps, 16, 1, &d->forces, &d->end, d->kept, NULL, nodes, end);
         imbalance_changes(e, end, pull, 16, &d->forces, &d->end, d->jacobian);
     }
     imbalance_at(e, end, pull, missing);
@@ -277,9 +278,10 @@ RM_INLINE rm_real farthest(const rm_node *a, const rm_node *b, int steps)
 /* Solve for the equilibrium that the rod reaches from its free shape as the loads grow in proportion; from `start`,
  * where there is one, for the one that Newton's method leads to. Where the full load cannot be reached, the
  * equilibrium at the largest fraction of it that was. Where derivatives are wanted, the shot that shows that Newton's
- * method is there carries them along. There must be room for two times steps + 1 nodes, and for two Jacobians. */
+ * method is there carries them along. There must be room for 4 steps + 1
+ * expansions, for two times steps + 1 nodes, and for two Jacobians. */
 static void follow(const equilibrium *whole, const rm_domain *domain, vec free_curvature, const section_state *free,
-                   const rm_real *start, const rm_options *options, rm_node *first_nodes, rm_node *second_nodes,
+                   const rm_real *start, const rm_options *options, expansion *stored, rm_node *first_nodes, rm_node *second_nodes,
                    rm_real (*jacobians)[RM_MOST_COLUMNS], derivatives *d, reached_state *reached)
 {
     const int n = whole->unknowns, steps = options->steps;
@@ -327,11 +329,11 @@ static void follow(const equilibrium *whole, const rm_domain *domain, vec free_c
         if (driven) {
             shoot_driven(&e, domain, guess, taken, d, spare, &end, correction);
         } else if (sure) {
-            check(&e, domain, guess, taken, spare, &end, tangent, correction);
+            check(&e, domain, guess, taken, stored, spare, &end, tangent, correction);
         } else if (n == 3) {
-            shoot_three(&e, domain, guess, taken, spare, &end, tangent, correction, &stable);
+            shoot_three(&e, domain, guess, taken, stored, spare, &end, tangent, correction, &stable);
         } else {
-            shoot_six(&e, domain, guess, reached->scales, taken, spare, &end, tangent, correction, &stable);
+            shoot_six(&e, domain, guess, reached->scales, taken, stored, spare, &end, tangent, correction, &stable);
         }
         reached->shots++;
         const rm_real before = size;

@@ -18,6 +18,7 @@ typedef struct {
     section_state free; /* section at the free curvature */
     vec free_curvature;
     rm_node *nodes[2];
+    expansion *expansions; /* of the law at every stage of a step, and at the end */
     rm_real *features;
     rm_real *lifts;       /* c phi' of ridges, summed over sections */
     rm_real *weights;     /* of the nodes */
@@ -36,6 +37,7 @@ RM_INLINE size_t aligned(size_t count)
 
 /* The public constants count these. */
 typedef char node_has_the_size_that_the_header_says[sizeof(rm_node) == RM_NODE_SIZE * sizeof(rm_real) ? 1 : -1];
+typedef char an_expansion_has_it[sizeof(expansion) == RM_EXPANSION_SIZE * sizeof(rm_real) ? 1 : -1];
 typedef char variations_have_it_too[2 * sizeof(variations) == RM_KEPT_SIZE * sizeof(rm_real) ? 1 : -1];
 
 static size_t workspace_size(const rm_rod *rod, int steps, int with_jacobian)
@@ -60,6 +62,8 @@ static void begin(solve_state *at, const rm_rod *rod, const rm_real *pressure, i
     memory += total;
     at->weights = memory;
     memory += aligned((size_t)steps + 1);
+    at->expansions = (expansion *)(void *)memory;
+    memory += (4 * (size_t)steps + 1) * (sizeof(expansion) / sizeof(rm_real));
     at->nodes[0] = (rm_node *)(void *)memory;
     at->nodes[1] = at->nodes[0] + steps + 1;
     at->kept = with_jacobian ? (variations *)(void *)(at->nodes[1] + steps + 1) : NULL;
@@ -150,12 +154,12 @@ static void equilibrate(solve_state *at, const rm_input *input, const rm_options
         for (int k = 0; warm && k < e->unknowns; k++) {
             warm = is_finite(start[k]);
         }
-        follow(e, domain, at->free_curvature, &at->free, warm ? start : NULL, options, at->nodes[0], at->nodes[1],
-               at->jacobians, d, reached);
+        follow(e, domain, at->free_curvature, &at->free, warm ? start : NULL, options, at->expansions, at->nodes[0],
+               at->nodes[1], at->jacobians, d, reached);
         if (warm && !(reached->load_fraction == R(1.0) && reached->stable)) {
             const int shots = reached->shots;
-            follow(e, domain, at->free_curvature, &at->free, NULL, options, at->nodes[0], at->nodes[1],
-                   at->jacobians, d, reached);
+            follow(e, domain, at->free_curvature, &at->free, NULL, options, at->expansions, at->nodes[0],
+                   at->nodes[1], at->jacobians, d, reached);
             reached->shots += shots;
         }
         return;
@@ -308,7 +312,7 @@ static void complete_nodes(solve_state *at)
         const march_end *end = &at->reached.end;
         e.loads = scaled(&at->loads, at->reached.load_fraction);
         const vec rate = rates_at(&e, R(1.0), end->frame, end->turn, pull_of(&e, at->reached.unknown), 0, 0, NULL,
-                                  NULL, NULL, &section, &drift);
+                                  NULL, NULL, NULL, &section, &drift);
         put_vec(last->rate, rate);
         put_vec(last->drift, drift);
     }

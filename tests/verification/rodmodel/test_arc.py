@@ -20,17 +20,17 @@ def test_a_planar_rod_is_a_circular_arc(rod: Rod) -> None:
     """Chamber 1 alone: a circle of radius 1/|u₂| towards −x, then the cap along its tangent."""
     solution = rod.solve([50e3, 0.0, 0.0])
     u = np.asarray(rod.section.free_curvature(jnp.array([50e3, 0.0, 0.0])))
-    assert u[0] == u[2] == 0.0
+    np.testing.assert_allclose(u[[0, 2]], 0.0, atol=1e-11)
     assert u[1] < 0.0
     radius, angle = -1.0 / u[1], -u[1] * 0.06
     x = -radius * (1.0 - np.cos(angle)) - 0.006 * np.sin(angle)
     z = radius * np.sin(angle) + 0.006 * np.cos(angle)
-    np.testing.assert_allclose(solution.tip_position, [x, 0.0, z], atol=1e-16)
+    np.testing.assert_allclose(solution.tip_position, [x, 0.0, z], atol=1e-14)
     np.testing.assert_allclose(solution.bending_angle, angle, rtol=1e-14)
-    assert solution.bending_plane == 0.0
+    np.testing.assert_allclose(solution.bending_plane, 0.0, atol=1e-11)
     s = np.linspace(0.0, 0.06, 13)
     circle = np.stack([-radius * (1.0 - np.cos(s / radius)), 0.0 * s, radius * np.sin(s / radius)], axis=1)
-    np.testing.assert_allclose(solution.centreline(s), circle, atol=1e-16)
+    np.testing.assert_allclose(solution.centreline(s), circle, atol=1e-14)
 
 
 def test_loads_of_nothing_give_the_arc(rod: Rod) -> None:
@@ -62,7 +62,7 @@ def test_a_rod_that_also_twists_is_a_helix(rod: Rod) -> None:
     # Along the axis of the screw, u in the base frame, and the chord across it.
     axis = u / total
     rise = r @ axis
-    np.testing.assert_allclose(rise, s * twist / total, atol=1e-16)
+    np.testing.assert_allclose(rise, s * twist / total, atol=1e-14)
     across = np.linalg.norm(r - rise[:, None] * axis, axis=1)
     radius = np.sqrt(bending_squared) / total**2
-    np.testing.assert_allclose(across, 2.0 * radius * np.abs(np.sin(0.5 * total * s)), atol=1e-16)
+    np.testing.assert_allclose(across, 2.0 * radius * np.abs(np.sin(0.5 * total * s)), atol=1e-14)

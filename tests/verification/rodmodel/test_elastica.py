@@ -160,7 +160,7 @@ def test_a_large_force_does_not_send_the_rod_to_another_equilibrium(rod: Rod) ->
 
 
 def elastica_of(alpha: float) -> np.ndarray:
-    """Tip over L under a load α; the end's angle is found as its distance from 90 degrees, e to some power."""
+    """Tip over L under a load α; the end's angle is sought as its distance from 90 degrees, e to a power."""
 
     def at(power: float) -> tuple[float, float, float]:
         return elastica(0.5 * np.pi - np.exp(power))

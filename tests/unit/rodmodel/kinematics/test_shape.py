@@ -10,6 +10,7 @@ from rodmodel.kinematics import Arc, Stepped, cross_matrix
 
 LENGTH = 0.06
 LEAN = np.array([0.02, -0.01, 0.0])
+AHEAD = np.array([0.02, -0.01, 1.0])  # Rᵀ r'
 
 
 def curvature(s: np.ndarray) -> np.ndarray:
@@ -24,12 +25,12 @@ def slope(s: np.ndarray) -> np.ndarray:
 
 
 def exact(s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Position and frame, by another integrator; r' = R (e₃ + lean)."""
+    """Position and frame, by another integrator; r' = R (e₃ + lean)"""
 
     def rate(s: float, y: np.ndarray) -> np.ndarray:
         R = y[3:].reshape(3, 3)
         turned = R @ np.asarray(cross_matrix(jnp.asarray(curvature(s))))
-        return np.concatenate([R @ (LEAN + [0.0, 0.0, 1.0]), turned.ravel()])
+        return np.concatenate([R @ AHEAD, turned.ravel()])
 
     start = np.concatenate([np.zeros(3), np.eye(3).ravel()])
     y = solve_ivp(rate, (0.0, LENGTH), start, "DOP853", s, rtol=1e-11, atol=1e-13).y.T

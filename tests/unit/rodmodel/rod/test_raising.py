@@ -8,9 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from jax.experimental.compilation_cache import compilation_cache
+from rodmodel._raising import raise_where
 
 import rodmodel
-from rodmodel._raising import raise_where
 from tests.unit.rodmodel.synthetic import ACTUATOR, DOMAIN, linear_law
 
 MESSAGES = ["the first", "the second"]

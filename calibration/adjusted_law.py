@@ -131,22 +131,6 @@ class AdjustedCurvatureLaw(CurvatureLaw):
         """Tangent stiffness ∂²Π/∂u² [N m²]."""
         return self.scale * (self.law.stiffness(curvature) + self.walls)
 
-    def expand(self, curvature: tuple[Array, Array, Array]) -> Any:
-        """Moment, stiffness and its slope at a curvature [1/m], in scalars."""
-        # A checker does not see the lengths of tuples that are made in a loop.
-        of_map: Any = self.law.expand(curvature)
-        s, walls = self.scale, self.walls
-        x, y, z = curvature
-        pairs = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
-        return of_map._replace(
-            moment=tuple(
-                s * (m + walls[i, 0] * x + walls[i, 1] * y + walls[i, 2] * z)
-                for i, m in enumerate(of_map.moment)
-            ),
-            stiffness=tuple(s * (k + walls[pair]) for k, pair in zip(of_map.stiffness, pairs, strict=True)),
-            third=None if of_map.third is None else tuple(s * t for t in of_map.third),
-        )
-
 
 def default_parameters() -> np.ndarray:
     """Parameters of the map as it is: s = 1, g = 1, o = 0, w = 0."""

@@ -99,11 +99,10 @@ def with_guess(law: FittedLaw, domain: Domain, seed: int = 0) -> FittedLaw:
     found = np.isfinite(roots).all(axis=1)
 
     network = law.network if isinstance(law, OrientedNetwork) else law
-    rows = np.zeros((int(found.sum()), 3, 3, network.slopes.size))
-    for image, (turn, order) in enumerate(network.images):
-        scaled = jnp.asarray(pressure[found][:, order] / network.pressure_scale)
-        change = np.asarray(_changes(law, scaled, jnp.asarray(psi[found]), image))
-        rows += np.einsum("ji,nk->nijk", turn, change) / len(network.images)
+    turns, orders = map(np.stack, zip(*network.images, strict=True))
+    scaled = jnp.asarray(pressure[found][:, orders] / network.pressure_scale)
+    change = np.asarray(_changes(law, scaled, jnp.asarray(psi[found])))
+    rows = np.einsum("mji,nmk->nijk", turns, change) / len(orders)
     target = (roots[found] / network.curvature_scale).ravel()
     solution = np.linalg.lstsq(rows.reshape(len(target), -1), target, rcond=1e-8)[0]
     guess = jnp.asarray(solution.reshape(3, -1))
@@ -130,12 +129,12 @@ def _roots(law: FittedLaw, pressure: Float[Array, "n 3"], psi: Float[Array, " n"
 
 @eqx.filter_jit
 def _changes(
-    law: FittedLaw, scaled: Float[Array, "n 3"], psi: Float[Array, " n"], image: int
-) -> Float[Array, "n inputs"]:
-    """h(q) − h(0) of an image."""
+    law: FittedLaw, scaled: Float[Array, "n images 3"], psi: Float[Array, " n"]
+) -> Float[Array, "n images inputs"]:
+    """h(q) − h(0) of each image."""
 
     def one(q: Array, angle: Array) -> Array:
         section = cast(RidgeNetwork, law_at(law, angle))
-        return section.features(q, image) - section.features(0.0 * q, image)
+        return section.features(q) - section.features(0.0 * q)
 
     return jax.vmap(one)(scaled, psi)

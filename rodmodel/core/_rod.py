@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from rodmodel.control import Inverse, Predictor
     from rodmodel.io import Found
 
-Numbers = ArrayLike | Sequence[float]
+#: Numbers as they come: an array, a list, or one number.
+Numbers = ArrayLike | Sequence[float] | float
 
 LOADS = ("tip_force", "tip_moment", "gravity", "distributed_force", "follower_moment")
 _UNITS = {

@@ -94,7 +94,7 @@ class CoreSolution:
             "shots": self.shots,
         }
 
-    def centreline(self, arc_length: ArrayLike | Sequence[float]) -> np.ndarray:
+    def centreline(self, arc_length: ArrayLike | Sequence[float] | float) -> np.ndarray:
         """Position r(s) of the axis, world frame [m], (..., 3).
 
         Parameters
@@ -103,7 +103,7 @@ class CoreSolution:
         """
         return self._stations(arc_length, 0, (3,))
 
-    def frames(self, arc_length: ArrayLike | Sequence[float]) -> np.ndarray:
+    def frames(self, arc_length: ArrayLike | Sequence[float] | float) -> np.ndarray:
         """Frame R(s), directors as columns, world frame, (..., 3, 3). The cap has that of the body's end.
 
         Parameters
@@ -112,7 +112,7 @@ class CoreSolution:
         """
         return self._stations(arc_length, 1, (3, 3))
 
-    def curvature(self, arc_length: ArrayLike | Sequence[float]) -> np.ndarray:
+    def curvature(self, arc_length: ArrayLike | Sequence[float] | float) -> np.ndarray:
         """Curvature and twist u(s), body frame [1/m], (..., 3); zero in the cap, which is rigid.
 
         Parameters
@@ -122,9 +122,9 @@ class CoreSolution:
         return self._stations(arc_length, 2, (3,))
 
     def _stations(
-        self, arc_length: ArrayLike | Sequence[float], which: int, shape: tuple[int, ...]
+        self, arc_length: ArrayLike | Sequence[float] | float, which: int, shape: tuple[int, ...]
     ) -> np.ndarray:
-        s = np.ascontiguousarray(arc_length, np.float64)
+        s = np.asarray(arc_length, np.float64, order="C")
         found = np.full(s.shape + shape, np.nan)
         if self.result is Result.bad_input or not np.isfinite(self.tip_position[0]):
             return found

@@ -32,8 +32,9 @@ def law_from_arrays(arrays: RidgeArrays) -> RidgeNetwork | OrientedNetwork:
     -------
     law : of one orientation; or of all, where the arrays hold orientation weights.
     """
-    leaves = {name: jnp.asarray(getattr(arrays, name), float) for name in (*_ARRAYS, *_SCALES)}
-    network = RidgeNetwork(**leaves, symmetry=arrays.symmetry)
+    leaves = {name: jnp.asarray(getattr(arrays, name), float) for name in _ARRAYS}
+    scales = {name: getattr(arrays, name) for name in _SCALES}
+    network = RidgeNetwork(**leaves, **scales, symmetry=arrays.symmetry)
     if arrays.orientation_weights is None:
         return network
     return OrientedNetwork(network, jnp.asarray(arrays.orientation_weights, float))

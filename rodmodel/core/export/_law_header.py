@@ -123,9 +123,7 @@ def _law_fields(law: LawData, others: dict[str, str]) -> list[str]:
             fields[name] = others.get(name, name if array.size else "NULL")
     fields["orders"] = "orders"
     lines = [f".{name} = {value}," for name, value in fields.items()]
-    return [
-        textwrap.fill(line, _WIDTH, initial_indent=" " * 8, subsequent_indent=" " * 12) for line in lines
-    ]
+    return [textwrap.fill(line, _WIDTH, initial_indent=" " * 8, subsequent_indent=" " * 12) for line in lines]
 
 
 def _ends(found: "Found") -> dict[str, str]:
@@ -188,7 +186,11 @@ def _comment(found: "Found") -> str:
         "Where the calibration comes from:",
         *_provenance(calibration.provenance),
     ]
-    lines = [line for text in paragraphs for line in textwrap.wrap(_harmless(text), _WIDTH - 3, break_on_hyphens=False)]
+    lines = [
+        line
+        for text in paragraphs
+        for line in textwrap.wrap(_harmless(text), _WIDTH - 3, break_on_hyphens=False)
+    ]
     return "\n".join(f" * {line}" for line in lines)
 
 

@@ -356,13 +356,12 @@ static int find_pressures(const rm_rod *rod, const rm_target *target, const rm_i
     s.scale = larger(larger(domain->pressure_max[0], domain->pressure_max[1]), domain->pressure_max[2]);
     s.evaluations = 0;
     s.loaded = (input->given & (RM_LOADS | RM_FOLLOWER_FORCE)) != 0;
-    rm_real far = R(0.0);
+    int near = 1; /* false of a NaN */
     for (int k = 0; k < (target->is_bend ? 2 : 3); k++) {
         const rm_real from = !target->is_bend && (input->given & RM_BASE) ? input->base_position[k] : R(0.0);
-        const rm_real d = rm_abs(target->point[k] - from);
-        far = d <= far ? far : d;
+        near &= rm_abs(target->point[k] - from) <= RM_FARTHEST * s.unit;
     }
-    if (!is_good(&bare) || !is_usable(options) || !(far <= RM_FARTHEST * s.unit)) {
+    if (!is_good(&bare) || !is_usable(options) || !near) {
         fill_with_nan(result->pressure, 4);
         return fail(&result->solution, RM_BAD_INPUT);
     }

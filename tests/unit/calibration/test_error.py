@@ -9,7 +9,7 @@ import pytest
 
 from calibration.error import deviations, equilibrium, figures
 from calibration.samples import Samples
-from rodmodel import FreeStateExpansion
+from rodmodel import LinearLaw
 
 LENGTH = 0.06
 STIFFNESS, TORSION = 2.5e-4, 2e-4
@@ -18,16 +18,7 @@ SCALE = 10.0
 
 def linear_law(rest_volume=15e-6):
     """Π = −V₀ Σp + ½ B (u1² + u2²) + ½ T u3²."""
-    bias = np.zeros(35)
-    bias[[4, 7, 9]] = 1.0, 1.0, TORSION / STIFFNESS
-    return FreeStateExpansion(
-        weights=(jnp.zeros((35, 3)),),
-        biases=(jnp.asarray(bias),),
-        pressure_scale=1e4,
-        curvature_scale=SCALE,
-        energy_scale=STIFFNESS * SCALE**2,
-        rest_volume=rest_volume,
-    )
+    return LinearLaw(jnp.diag(jnp.array([STIFFNESS, STIFFNESS, TORSION])), jnp.zeros((3, 3)), rest_volume)
 
 
 @pytest.fixture

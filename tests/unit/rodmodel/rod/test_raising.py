@@ -8,9 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from jax.experimental.compilation_cache import compilation_cache
-from rodmodel._raising import raise_where
 
 import rodmodel
+from rodmodel.rod._raising import raise_where
 from tests.unit.rodmodel.synthetic import ACTUATOR, DOMAIN, linear_law
 
 MESSAGES = ["the first", "the second"]
@@ -43,11 +43,10 @@ def test_a_solve_that_may_raise_is_kept_for_the_next_process(tmp_path: Path) -> 
     try:
         set_cache(str(tmp_path), 0.0)
         assert rod.solve([0.0, 0.0, 0.0]).converged
-        assert rod.inverse(0.0, 0.0).converged
     finally:
         set_cache(*kept)
     names = {file.name.rsplit("-", 2)[0] for file in tmp_path.iterdir()}
-    assert {"jit__solve", "jit_find_pressure"} <= names, names
+    assert "jit__solve" in names, names
 
 
 def set_cache(folder: str, least_seconds: float) -> None:

@@ -1,0 +1,50 @@
+"""The workspace: which pressures are sampled, and what the rod does there."""
+
+import numpy as np
+import pytest
+
+from rodmodel import CoreRod
+from rodmodel.control import Workspace, workspace
+
+
+@pytest.fixture(scope="module")
+def space(rod: CoreRod) -> Workspace:
+    return workspace(rod, 2000, {}, lambda done, total: None)
+
+
+def test_samples_lie_in_the_domain_and_reach_its_corners(rod: CoreRod, space: Workspace) -> None:
+    assert len(space.pressure) == pytest.approx(2000, rel=0.1)
+    assert all(rod.domain.covers_pressure(pressure) for pressure in space.pressure)
+    assert np.all(space.pressure >= 0.0)
+    first, second, third = rod.domain.pressure_max
+    total = rod.domain.pressure_sum_max
+    corners = [[0, 0, 0], [first, 0, 0], [0, second, 0], [0, 0, third], [first, total - first, 0]]
+    corners += [[total - third, 0, third], [0, second, total - second]]
+    for corner in corners:
+        assert np.min(np.linalg.norm(space.pressure - np.array(corner), axis=1)) < 1.0
+    for chamber in range(3):
+        assert np.all(space.pressure[space.face == chamber, chamber] == 0.0)
+    inside = space.pressure[space.face == 3]
+    assert np.all(inside > 0.0)
+    # Evenly: the mean is the domain's centre of mass, to the error of a quasi-random sum.
+    random = np.random.default_rng(0).uniform(size=(200_000, 3)) * np.array(rod.domain.pressure_max)
+    centre = random[random.sum(axis=1) <= total].mean(axis=0)
+    np.testing.assert_allclose(inside.mean(axis=0), centre, rtol=0.03)
+
+
+def test_poses_are_those_of_the_rod(rod: CoreRod, space: Workspace) -> None:
+    for row in np.linspace(0, len(space.pressure) - 1, 7).astype(int):
+        solution = rod.solve(space.pressure[row], steps=32)
+        np.testing.assert_array_equal(space.tip_position[row], solution.tip_position)
+        assert space.bending_angle[row] == solution.bending_angle
+        assert space.bending_plane[row] == solution.bending_plane
+    assert np.all(space.converged)
+
+
+def test_what_cannot_be_solved_is_left_out(rod: CoreRod) -> None:
+    told: list[tuple[int, int]] = []
+    force = np.array([0.0, 0.0, np.nan])
+    space = workspace(rod, 100, {"tip_force": force}, lambda done, total: told.append((done, total)))
+    assert not np.any(space.converged)
+    assert np.all(np.isnan(space.tip_position))
+    assert told[-1] == (len(space.pressure), len(space.pressure))

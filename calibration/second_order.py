@@ -79,10 +79,11 @@ def _of_ridges(law: RidgeNetwork, state: Float[Array, "6"]) -> tuple[Float[Array
     return first.at[3:].add(-law.rest_volume), second
 
 
-def _images(law: RidgeNetwork) -> Float[np.ndarray, "images 6 6"]:
+def _images(law: RidgeNetwork) -> Float[Array, "images 6 6"]:
     """What takes (u, p) to the scaled (x, q) of each image."""
     into = np.zeros((len(law.images), 6, 6))
     for number, (turn, order) in enumerate(law.images):
-        into[number, :3, :3] = turn / law.curvature_scale
-        into[number, 3:, 3:] = np.eye(3)[order] / law.pressure_scale
-    return into
+        into[number, :3, :3] = turn
+        into[number, 3:, 3:] = np.eye(3)[order]
+    scales = jnp.repeat(jnp.array([law.curvature_scale, law.pressure_scale]), 3)
+    return jnp.asarray(into) / scales[:, None]

@@ -1,13 +1,12 @@
 """Bending at 10, 20, ..., 50 kPa in chamber 1 of the actuator: a table, and the poses in one picture.
 
-Run as ``python examples/01_predict.py [PICTURE]``; the picture goes to docs/images/bent_rod.png unless told
+Run as ``python examples/01_predict.py [PICTURE]``; the picture goes to build/bent_rod.png unless told
 otherwise.
 """
 
 import sys
 from pathlib import Path
 
-import jax
 import numpy as np
 from rich.console import Console
 from rich.markup import escape
@@ -16,16 +15,14 @@ from rich.table import Table
 import rodmodel
 from rodmodel.view import plot_rod
 
-PICTURE = Path(__file__).parents[1] / "docs" / "images" / "bent_rod.png"
+PICTURE = Path(__file__).parents[1] / "build" / "bent_rod.png"
 
 
 def main(picture: Path) -> None:
     """Print the table and draw the picture."""
-    jax.config.update("jax_enable_x64", True)  # the precision is the program's to choose
-    rod = rodmodel.load("double-helix", psi=0.0, pitch=3e-3)
-    solve = jax.jit(rod.solve)
+    rod = rodmodel.load_core("double-helix", psi=0.0, pitch=3e-3)
     pressures = [np.array([1e3 * kpa, 0.0, 0.0]) for kpa in (10, 20, 30, 40, 50)]
-    solutions = [solve(pressure) for pressure in pressures]
+    solutions = [rod.solve(pressure) for pressure in pressures]
 
     table = Table(title="Double helix, psi 0 deg, pitch 3 mm: pressure in chamber 1 alone")
     for heading in (

@@ -19,14 +19,22 @@ from jaxtyping import Float
 from calibration.fit import HESSIAN_WEIGHT
 from calibration.samples import Metric, Samples
 from calibration.start import Scales
-from rodmodel import CurvatureLaw, SectionLaw
+from rodmodel import SectionLaw
 
 _MIRROR = np.array([-1.0, 1.0, -1.0])  # of the curvatures
 _SWAP = np.array([0, 2, 1])  # of the chambers
 
 
-class _Contracted(CurvatureLaw):
-    """A potential at one pressure, of which the rest follows by automatic differentiation."""
+class _Candidate(SectionLaw):
+    """A law whose free curvature is looked for only where it is asked for."""
+
+    def contracted(self, pressure: Float[Array, "3"]) -> Any:
+        """See `rodmodel.SectionLaw.contracted`."""
+        return self.at(pressure)
+
+
+class _Contracted(eqx.Module):
+    """A potential at one pressure, with the members of `rodmodel.CurvatureLaw`."""
 
     @abc.abstractmethod
     def energy(self, curvature: Float[Array, "3"]) -> Float[Array, ""]:
@@ -49,7 +57,7 @@ class _Contracted(CurvatureLaw):
 
 
 @final
-class PolynomialLaw(SectionLaw):
+class PolynomialLaw(_Candidate):
     """Total-degree polynomial, Π = Σ_ab C_ab u^a p^b over |a| + |b| ≤ degree, in scaled (u, p)."""
 
     coefficients: Float[Array, "a b"]
@@ -77,7 +85,7 @@ class PolynomialInCurvature(_Contracted):
 
 
 @final
-class NetworkLaw(SectionLaw):
+class NetworkLaw(_Candidate):
     """Tanh network of scaled (u, p) with one output, made mirror symmetric and flat at rest."""
 
     layers: eqx.nn.MLP

@@ -47,10 +47,9 @@ def _law_of(section: Any) -> LawData:
             f"rod: got a section law {type(section).__name__}, expected a RidgeNetwork, which may be "
             "mirrored and then turned, or a LinearLaw"
         )
-    biases = np.asarray(law.feature_biases)
     # Of an orientation of a law of all, each image has its own.
-    shared = replace(law, feature_biases=np.atleast_2d(biases)[0])
-    return law_data(arrays_of(shared), turns, mirrored, biases=biases)
+    shared = replace(law, feature_biases=law.feature_biases[0]) if law.feature_biases.ndim == 2 else law
+    return law_data(arrays_of(shared), turns, mirrored, biases=np.asarray(law.feature_biases))
 
 
 def _floats(kind: Any, numbers: Any) -> Any:

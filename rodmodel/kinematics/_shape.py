@@ -135,7 +135,7 @@ class Stepped(Shape):
 
     def _drift_up_to(self, node: Int[Array, ""], distance: Float[Array, ""]) -> Float[Array, "3"]:
         """Integral of the drift from a node on: Simpson's rule, exact for a cubic."""
-        differences = np.gradient(np.eye(self._steps + 1), axis=0, edge_order=min(2, self._steps))
+        differences = np.gradient(np.eye(self._steps + 1), axis=0, edge_order=2 if self._steps > 1 else 1)
         slopes = jnp.asarray(differences, distance.dtype) @ self.node_drifts * (self._steps / self.length)
         start, middle, end = (
             self._between(self.node_drifts, slopes, node, part * distance) for part in (0.0, 0.5, 1.0)

@@ -244,7 +244,7 @@ class Rod(eqx.Module):
     ) -> tuple[Solution, Jacobian]:
         """Solution, and derivatives by each of the inputs."""
 
-        def solve(inputs: dict[str, Array]) -> Solution:
+        def solve(inputs: dict[str, Any]) -> Solution:
             return self.solve(**inputs, throw=False, solver=solver, **other)
 
         return jacobian_of(solve, inputs, arc_lengths)

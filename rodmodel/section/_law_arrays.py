@@ -1,5 +1,7 @@
 """Laws of ridges from and to the plain arrays of a calibration file."""
 
+from typing import Any
+
 import jax.numpy as jnp
 import numpy as np
 
@@ -62,9 +64,10 @@ def arrays_of(law: RidgeNetwork | OrientedNetwork) -> RidgeArrays:
             f"section_law.feature_biases: got shape {network.feature_biases.shape}, expected one bias a "
             "feature; save the law of all orientations that this one came from"
         )
+    parts: dict[str, Any] = {name: np.asarray(getattr(network, name)) for name in _ARRAYS}
+    parts |= {name: float(getattr(network, name)) for name in _SCALES}
     return RidgeArrays(
-        **{name: np.asarray(getattr(network, name)) for name in _ARRAYS},
-        **{name: float(getattr(network, name)) for name in _SCALES},
+        **parts,
         symmetry=network.symmetry,
         orientation_weights=np.asarray(law.orientation_weights) if isinstance(law, OrientedNetwork) else None,
     )

@@ -80,7 +80,9 @@ def _root(law: RidgeLaw) -> Float[Array, "3"]:
         return at[0] - change, change, at[2] + 1
 
     start = law.free_curvature
-    u, change, _ = jax.lax.while_loop(unfinished, advance, (start, jnp.full_like(start, jnp.inf), 0))
+    u, change, _ = jax.lax.while_loop(
+        unfinished, advance, (start, jnp.full_like(start, jnp.inf), jnp.zeros((), int))
+    )
     return jnp.where(jnp.max(jnp.abs(change)) <= limit, u, jnp.nan)
 
 

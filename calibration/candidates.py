@@ -19,7 +19,7 @@ from jaxtyping import Float
 from calibration.fit import HESSIAN_WEIGHT
 from calibration.samples import Metric, Samples
 from calibration.start import Scales
-from rodmodel import SectionLaw
+from rodmodel import CurvatureLaw, SectionLaw
 
 _MIRROR = np.array([-1.0, 1.0, -1.0])  # of the curvatures
 _SWAP = np.array([0, 2, 1])  # of the chambers
@@ -33,8 +33,8 @@ class _Candidate(SectionLaw):
         return self.at(pressure)
 
 
-class _Contracted(eqx.Module):
-    """A potential at one pressure, with the members of `rodmodel.CurvatureLaw`."""
+class _Contracted(CurvatureLaw):
+    """A potential at one pressure, its slopes by differentiation."""
 
     @abc.abstractmethod
     def energy(self, curvature: Float[Array, "3"]) -> Float[Array, ""]:

@@ -32,7 +32,8 @@ def law_header(found: "Found") -> str:
         "",
         *(f"#define ROD_{name.upper()} {size}" for name, size in sizes.items()),
         "",
-        "/* Numbers of a workspace for so many steps, with room for a Jacobian and the inverse or without: a constant. */",
+        "/* Numbers of a workspace for so many steps, with room for a Jacobian and the inverse or without: a",
+        " * constant. */",
         "#define ROD_WORKSPACE_SIZE(steps, with_jacobian) \\",
         "    RM_WORKSPACE_SIZE(ROD_IMAGES, ROD_RIDGES, ROD_FEATURES, steps, with_jacobian)",
         "",
@@ -44,8 +45,8 @@ def law_header(found: "Found") -> str:
             "/* Its orientation psi [rad]. */",
             f"#define ROD_PSI {_number(found.psi)}",
             "",
-            "/* Laws of all orientations, and the rod of one of them. `memory` has ROD_ORIENT_SIZE numbers and is the rod's",
-            " * for as long as that is used. */",
+            "/* Laws of all orientations, and the rod of one of them. `memory` has ROD_ORIENT_SIZE numbers and is",
+            " * the rod's for as long as that is used. */",
             "#define ROD_ORIENT_SIZE (2 * ROD_IMAGES * ROD_FEATURES)",
             "extern const rm_oriented rods;",
             "void rod_at_psi(rm_real psi, rm_real *memory, rm_rod *found);",
@@ -177,11 +178,13 @@ def _comment(found: "Found") -> str:
     calibration = found.calibration
     record = calibration_record(calibration)
     paragraphs = [
-        f"The rod of a soft pneumatic actuator: {calibration.layout.name}, psi {math.degrees(found.psi):.10g} deg, "
+        f"The rod of a soft pneumatic actuator: {calibration.layout.name}, "
+        f"psi {math.degrees(found.psi):.10g} deg, "
         f"pitch {1e3 * calibration.layout.pitch:.10g} mm.",
         "Units are SI: m, N, Pa, rad. Numbers have 17 significant digits.",
         *(line.strip() for line in calibration_text(record).split("\n")[1:]),
-        f"90 % of states have their bending angle within {math.degrees(calibration.angle_error):.2g} deg of the FEM's. "
+        "90 % of states have their bending angle within "
+        f"{math.degrees(calibration.angle_error):.2g} deg of the FEM's. "
         "Chambers above are numbered as the calibration's: rod.domain has this rod's own.",
         "Where the calibration comes from:",
         *_provenance(calibration.provenance),

@@ -47,7 +47,8 @@ static void invert(void)
 
 static unsigned long depth(void (*call)(void))
 {
-    uint32_t *const low = stack_limit, *high, *p;
+    /* Volatile: a loop that becomes a call of memset would paint over that call's own frame. */
+    volatile uint32_t *const low = stack_limit, *high, *p;
     __asm__ volatile("mov %0, sp" : "=r"(high));
     for (p = low; p < high; p++) {
         *p = PAINT;

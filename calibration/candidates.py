@@ -40,8 +40,9 @@ class _Contracted(CurvatureLaw):
     def energy(self, curvature: Float[Array, "3"]) -> Float[Array, ""]:
         """Potential Π [J/m]."""
 
-    @property
-    def free_curvature(self) -> Float[Array, "3"]:
+    # An abstract variable of Equinox may be a property, which a type checker does not know.
+    @property  # type: ignore[misc]
+    def free_curvature(self) -> Float[Array, "3"]:  # type: ignore[override]
         """Root of the moment, by Newton from the straight section."""
         unit = jnp.trace(self.stiffness(jnp.zeros(3))) / 3.0
         solver: optx.Newton = optx.Newton(rtol=1e-8, atol=1e-8)
@@ -68,7 +69,8 @@ class PolynomialLaw(_Candidate):
     def at(self, pressure: Float[Array, "3"]) -> Any:
         """Contract the pressures' monomials."""
         by_pressure = _monomials(pressure / self.pressure_scale, self.degree)
-        return PolynomialInCurvature(self.coefficients @ by_pressure, self.degree, self.curvature_scale)
+        contracted: Any = PolynomialInCurvature
+        return contracted(self.coefficients @ by_pressure, self.degree, self.curvature_scale)
 
 
 @final
@@ -99,7 +101,8 @@ class NetworkLaw(_Candidate):
         first = self.layers.layers[0]
         pressures = jnp.stack([pressure, pressure[_SWAP], 0.0 * pressure]) / self.pressure_scale
         offsets = pressures @ first.weight[:, 3:].T + _bias(first)
-        return NetworkInCurvature(self, offsets, -self.rest_volume * jnp.sum(pressure))
+        contracted: Any = NetworkInCurvature
+        return contracted(self, offsets, -self.rest_volume * jnp.sum(pressure))
 
 
 @final

@@ -45,8 +45,8 @@ def law_header(found: "Found") -> str:
             "/* Its orientation psi [rad]. */",
             f"#define ROD_PSI {_number(found.psi)}",
             "",
-            "/* Laws of all orientations, and the rod of one of them. `memory` has ROD_ORIENT_SIZE numbers and is",
-            " * the rod's for as long as that is used. */",
+            "/* Laws of all orientations, and the rod of one of them. `memory` has ROD_ORIENT_SIZE numbers",
+            " * and is the rod's for as long as that is used. */",
             "#define ROD_ORIENT_SIZE (2 * ROD_IMAGES * ROD_FEATURES)",
             "extern const rm_oriented rods;",
             "void rod_at_psi(rm_real psi, rm_real *memory, rm_rod *found);",
@@ -161,7 +161,7 @@ def _array(name: str, array: np.ndarray) -> str:
 
 
 def _real(x: float) -> str:
-    """Constant of the chosen precision; the cast tells compilers that rounding to single precision is meant."""
+    """Constant of the chosen precision; the cast says that rounding to single precision is meant."""
     return f"N({_number(x)})"
 
 

@@ -1,4 +1,4 @@
-"""Hostile inputs, under sanitizers: no report, no NaN in a success, every failure flagged; see `hostile.c`."""
+"""Hostile inputs, under sanitizers: no report, no NaN in a success, failures flagged; see `hostile.c`."""
 
 from pathlib import Path
 

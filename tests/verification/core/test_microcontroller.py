@@ -8,7 +8,7 @@ from tests.verification.core import microcontroller
 from tests.verification.core.expected import assert_example
 from tests.verification.core.toolchain import OWN, exported, needs, table
 
-# The processor adds in one lane, with a C library of its own: rounding differs, and Newton's last step with it.
+# The processor adds in one lane, with a C library of its own: rounding differs, so does Newton's last step.
 PARTS = {False: 1e-12, True: 2e-4}
 # Of the smaller parts of the family (STM32F74x): tightly coupled memory, and flash.
 RAM, FLASH = 64 * 1024, 1024 * 1024

@@ -40,9 +40,10 @@ def moments(rod: CoreRod, solution: CoreSolution, s: np.ndarray) -> np.ndarray:
 
 
 def test_the_moment_balances_all_that_hangs_on_the_section(calibration: Calibration) -> None:
-    """m(s) = M + (r_tip − r) × F + (r_cap − r) × m_c g + ∫ₛᴸ (r(σ) − r(s)) × w dσ, by Gauss' rule; sections shear.
+    """m(s) = M + (r_tip − r) × F + (r_cap − r) × m_c g + ∫ₛᴸ (r(σ) − r(s)) × w dσ, by Gauss' rule.
 
-    The cap lies on the axis here: where it lies beside it, the body's weight keeps acting on the arc.
+    Sections shear. The cap lies on the axis here: where it lies beside it, the body's weight keeps acting on
+    the arc.
     """
     rod = rod_with(calibration, tip_offset=0.0)
     a = rod.actuator
@@ -126,8 +127,10 @@ def test_the_work_of_loads_and_pressures_is_in_the_energy(calibration: Calibrati
 
 
 def test_around_a_loop_no_work_is_done(calibration: Calibration) -> None:
-    """∮ (F·dr − V·dp) = 0 for dead forces, under gravity; the trapezoidal rule on a closed path is exact but for
-    what falls faster than any power of its points."""
+    """∮ (F·dr − V·dp) = 0 for dead forces, under gravity.
+
+    The trapezoidal rule on a closed path errs by less than any power of its points.
+    """
     rod = rod_with(calibration, **NO_ENDS)
     total, size = 0.0, 0.0
     for t in 2.0 * np.pi * np.arange(40) / 40:

@@ -38,7 +38,7 @@ def capped() -> CoreRod:
 
 
 def test_a_small_end_force_on_the_cap_bends_a_beam(capped: CoreRod) -> None:
-    """w = F L³/3EI + F c L²/2EI + φ c, φ = F L²/2EI + F c L/EI; what is left is of the square of the angle."""
+    """w = F L³/3EI + F c L²/2EI + φ c, φ = F L²/2EI + F c L/EI; the rest is of the square of the angle."""
     force = 1e-6
     angle = force * (LENGTH**2 / 2 + CAP * LENGTH) / EI
     deflection = force * (LENGTH**3 / 3 + CAP * LENGTH**2 / 2) / EI + angle * CAP
@@ -90,8 +90,10 @@ def test_an_axial_moment_twists_the_rod(capped: CoreRod) -> None:
 
 
 def test_a_column_softens_to_its_buckling_load(column: CoreRod) -> None:
-    """Under a push P a small force F across deflects it by F/P (tan(kL)/k − L), k² = P/EI: without bound as P nears
-    Euler's π² EI/4L²."""
+    """Under a push P a small force F across deflects it by F/P (tan(kL)/k − L), k² = P/EI.
+
+    That is without bound as P nears Euler's π² EI/4L².
+    """
     force = 1e-7
     for part in (0.1, 0.5, 0.9, 0.99):
         push = part * np.pi**2 * EI / (4 * LENGTH**2)
@@ -103,8 +105,11 @@ def test_a_column_softens_to_its_buckling_load(column: CoreRod) -> None:
 
 
 def test_past_its_buckling_load_a_column_folds_as_the_elastica(column: CoreRod) -> None:
-    """A dead push P turns the free end to θ: √(P L²/EI) = K(sin θ/2), height 2E/K − 1, deflection 2k/K (Timoshenko
-    and Gere 1961, Theory of Elastic Stability, art. 2.7). A force across of 1e-6 of the push leads the rod there."""
+    """A dead push P turns the free end to θ: √(P L²/EI) = K(sin θ/2), height 2E/K − 1, deflection 2k/K.
+
+    Timoshenko and Gere (1961), Theory of Elastic Stability, art. 2.7. A force across of 1e-6 of the push
+    leads the rod there.
+    """
     for angle_deg in (60.0, 120.0, 170.0):
         m = np.sin(np.radians(angle_deg) / 2) ** 2
         push = EI * (ellipk(m) / LENGTH) ** 2
@@ -127,7 +132,7 @@ def test_a_column_that_shears_buckles_at_haringx_load(factor: float) -> None:
 
 
 def test_a_start_beyond_buckling_is_told_to_be_unstable_and_not_taken(column: CoreRod) -> None:
-    """The straight column balances any push; a start from it is not kept where a cold solve finds no stable one."""
+    """The straight column balances any push, and a start from it is near; the solve begins anew still."""
     euler = np.pi**2 * EI / (4.0 * LENGTH**2)
     straight = column.solve(NONE, [0.0, 0.0, -0.5 * euler])
     below = column.solve(NONE, [0.0, 0.0, -0.97 * euler], start=straight)
@@ -148,7 +153,7 @@ def test_a_follower_force_is_the_dead_force_that_it_has_become(column: CoreRod) 
 
 
 def test_a_start_that_dead_loads_would_not_hold_is_left(column: CoreRod) -> None:
-    """Past 96° the force that follows the tip holds the rod where the same force, dead, would let it fall over."""
+    """Past 96° the force that follows the tip holds the rod where the same force, dead, lets it fall over."""
     solution = column.solve(NONE, follower_force=[0.3, 0.0, 0.0])
     assert np.degrees(solution.bending_angle) > 96.0
     assert solution.tip_position[0] > 0.0

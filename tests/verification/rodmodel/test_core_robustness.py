@@ -26,9 +26,11 @@ def cases(rod: CoreRod, load: float, count: int) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize("count", [800, pytest.param(10_000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("layout", "psi_deg"), LAYOUTS)
 def test_random_rods_converge_and_steps_agree(layout: str, psi_deg: float, count: int) -> None:
-    """Under up to 0.03 N, two in a thousand may snap. Of the others the worst, whose section is about to give
-    way, is within 3e-4 of the length at 32 steps, and 99 of 100 within 1e-4 at 8 steps; as the error is of order
-    4, within a sixteenth of that at 16."""
+    """Under up to 0.03 N, two in a thousand may snap.
+
+    Of the others the worst, whose section is about to give way, is within 3e-4 of the length at 32 steps, and
+    99 of 100 are within 1e-4 at 8 steps and, as the error is of order 4, within a sixteenth of that at 16.
+    """
     rod = rodmodel.load_core(layout, np.radians(psi_deg))
     given = cases(rod, 0.03, count)
     rows = {steps: rod.solve_many(steps=steps, **given) for steps in (8, 16, 32, 128)}
@@ -51,8 +53,10 @@ def test_random_rods_converge_and_steps_agree(layout: str, psi_deg: float, count
 @pytest.mark.parametrize("load", [0.3, 10.0, 1e299])
 @pytest.mark.parametrize(("layout", "psi_deg"), LAYOUTS)
 def test_loads_of_any_size_give_numbers_and_flags(layout: str, psi_deg: float, load: float) -> None:
-    """What does not converge is an equilibrium under a part of the load, and says so; no tip lies farther away
-    than the rod is long, but for 2 % that too few steps may make of it."""
+    """What does not converge is an equilibrium under a part of the load, and says so.
+
+    No tip lies farther away than the rod is long, but for 2 % that too few steps may make of it.
+    """
     rod = rodmodel.load_core(layout, np.radians(psi_deg))
     rows = rod.solve_many(steps=8, volumes=True, **cases(rod, load, 300))
     for name in ("tip_position", "tip_rotation", "bend", "bending_angle", "bending_plane", "chamber_volume"):

@@ -8,7 +8,18 @@ from typing import Any, final
 import numpy as np
 
 from rodmodel.control._of_rod import core_of
-from rodmodel.core import INVERSE, TARGET, CoreRod, CoreSolution, Numbers, Result, ffi, in_parts, numbers_of
+from rodmodel.core import (
+    INVERSE,
+    TARGET,
+    CoreRod,
+    CoreSolution,
+    Numbers,
+    Result,
+    ffi,
+    in_parts,
+    numbers_of,
+    rows_of,
+)
 
 _STEPS = 8
 
@@ -170,7 +181,7 @@ def _search(
     for name, value in loads.items():
         if value is not None:
             numbers_of(name, value, ((3,), (count, 3)) if count > 1 else ((3,),))
-    inputs = rod.inputs(pressure=np.zeros(3), **loads)
+    inputs = rows_of({"pressure": np.zeros(3), **loads})
     targets, found = np.zeros(count, TARGET), np.zeros(count, INVERSE)
     targets["point"], targets["is_bend"] = points, is_bend
     each = inputs.size > 1

@@ -1,17 +1,17 @@
 """The rod in C99: microseconds an answer, NumPy in and out. Imports no JAX."""
 
 from rodmodel.core._handle import Handle as Handle
+from rodmodel.core._inputs import numbers_of as numbers_of
+from rodmodel.core._inputs import rows_of as rows_of
 from rodmodel.core._law_data import LawData as LawData
 from rodmodel.core._law_data import law_data as law_data
 from rodmodel.core._law_data import linear_law_data as linear_law_data
 from rodmodel.core._native import ffi as ffi
 from rodmodel.core._native import lib as lib
-from rodmodel.core._rod import LOADS as LOADS
 from rodmodel.core._rod import CoreJacobian as CoreJacobian
 from rodmodel.core._rod import CoreRod as CoreRod
 from rodmodel.core._rod import Numbers as Numbers
 from rodmodel.core._rod import in_parts as in_parts
-from rodmodel.core._rod import numbers_of as numbers_of
 from rodmodel.core._solution import CoreSolution as CoreSolution
 from rodmodel.core._solution import Result as Result
 from rodmodel.core._structs import INPUT as INPUT

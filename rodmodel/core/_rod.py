@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike
 
 from rodmodel.actuator import Actuator, Domain
 from rodmodel.core._handle import Handle
+from rodmodel.core._inputs import row_of, rows_of
 from rodmodel.core._law_data import law_data, linear_law_data
 from rodmodel.core._native import ffi, lib
 from rodmodel.core._solution import CoreSolution, Result
-from rodmodel.core._structs import INPUT, JACOBIAN, NODE, SOLUTION
+from rodmodel.core._structs import JACOBIAN, NODE, SOLUTION
 from rodmodel.core._variants import VARIANTS
 
 if TYPE_CHECKING:
@@ -24,18 +25,6 @@ if TYPE_CHECKING:
 #: Numbers as they come: an array, a list, or one number.
 Numbers = ArrayLike | Sequence[float] | float
 
-LOADS = ("tip_force", "tip_moment", "gravity", "distributed_force", "follower_moment")
-_UNITS = {
-    "pressure": "three gauge pressures [Pa]",
-    "tip_force": "three components [N]",
-    "tip_moment": "three components [N m]",
-    "gravity": "three components [m/s²]",
-    "distributed_force": "three components [N/m]",
-    "follower_force": "three components [N]",
-    "follower_moment": "three components [N m]",
-    "base_position": "three coordinates [m]",
-    "base_rotation": "a rotation matrix, (3, 3)",
-}
 # Steps of the reference, on to which a rod that turns too sharply is taken, and how far.
 _STEPS, _MOST_STEPS = 32, 512
 
@@ -162,16 +151,18 @@ class CoreRod:
         RuntimeError
             See `throw`.
         """
-        given = self._input(
-            pressure=pressure,
-            tip_force=tip_force,
-            tip_moment=tip_moment,
-            gravity=gravity,
-            distributed_force=distributed_force,
-            follower_force=follower_force,
-            follower_moment=follower_moment,
-            base_position=base_position,
-            base_rotation=base_rotation,
+        given = row_of(
+            {
+                "pressure": pressure,
+                "tip_force": tip_force,
+                "tip_moment": tip_moment,
+                "gravity": gravity,
+                "distributed_force": distributed_force,
+                "follower_force": follower_force,
+                "follower_moment": follower_moment,
+                "base_position": base_position,
+                "base_rotation": base_rotation,
+            }
         )
         taken = _checked_steps(steps)
         solution = self._solve(given, taken, start)
@@ -205,9 +196,8 @@ class CoreRod:
         solution : flags included: where it has not converged, the derivatives are those of what it reached.
         jacobian : derivatives.
         """
-        given = self._input(
-            pressure=pressure, tip_force=tip_force, tip_moment=tip_moment, gravity=gravity, **loads
-        )
+        dead = {"pressure": pressure, "tip_force": tip_force, "tip_moment": tip_moment, "gravity": gravity}
+        given = row_of({**dead, **loads})
         s = np.ascontiguousarray(np.ravel(np.asarray(arc_lengths, float)))
         taken = _checked_steps(steps)
         record, nodes = np.zeros(1, SOLUTION), np.zeros(taken + 1, NODE)
@@ -260,13 +250,13 @@ class CoreRod:
         tolerance : of Newton's method on u L at the base [rad]; by default 1e-10.
         threads : over which the rows are spread.
         volumes : whether chamber volumes are wanted; NaN if not.
-        given : `pressure` and loads as for `solve`, each (3,) or (rows, 3).
+        given : `pressure`, loads and base as for `solve`, one for all rows or one a row, (rows, 3).
 
         Returns
         -------
         solutions : records, (rows,), with the fields of `rm_solution`; `result` is 0 where all went well.
         """
-        inputs = self.inputs(**given)
+        inputs = rows_of(given)
         found = np.zeros(inputs.size, SOLUTION)
         options = self.options(_checked_steps(steps), volumes, tolerance)
 
@@ -352,29 +342,6 @@ class CoreRod:
         )
         return CoreSolution(self.handle, pointers[0], record[0], pointers[1])
 
-    def _input(self, **given: Numbers | None) -> np.ndarray:
-        """One row of the core's inputs."""
-        row = np.zeros(1, INPUT)
-        flags = 0
-        for name, value in given.items():
-            if value is None:
-                continue
-            shape = (3, 3) if name == "base_rotation" else (3,)
-            row[name][0] = numbers_of(name, value, (shape,))
-            flags |= flag_of(name)
-        return _finished(row, flags, given)
-
-    def inputs(self, **given: Numbers | None) -> np.ndarray:
-        """Rows of the core's inputs, of (3,) or (rows, 3) each."""
-        arrays = {name: np.asarray(value, float) for name, value in given.items() if value is not None}
-        count = max([len(array) for array in arrays.values() if array.ndim == 2], default=1)
-        rows = np.zeros(count, INPUT)
-        flags = 0
-        for name, array in arrays.items():
-            rows[name] = numbers_of(name, array, ((3,), (count, 3)))
-            flags |= flag_of(name)
-        return _finished(rows, flags, given)
-
 
 def in_parts(part: Any, count: int, threads: int) -> None:
     """Run a function of a first and a last row over all rows, on so many threads."""
@@ -387,34 +354,6 @@ def in_parts(part: Any, count: int, threads: int) -> None:
     with ThreadPoolExecutor(threads) as pool:
         for done in [pool.submit(part, first, last) for first, last in pairwise(edges)]:
             done.result()
-
-
-def flag_of(name: str) -> int:
-    """What the core is told about an argument that is given."""
-    if name in LOADS:
-        return int(lib.RM_LOADS)
-    if name == "follower_force":
-        return int(lib.RM_FOLLOWER_FORCE)
-    return int(lib.RM_BASE) if name.startswith("base") else 0
-
-
-def numbers_of(name: str, value: Any, shapes: Sequence[tuple[int, ...]]) -> np.ndarray:
-    """Argument as an array of doubles of one of some shapes, or an error that names it."""
-    try:
-        array = np.asarray(value, np.float64)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{name}: got {value!r}, expected {_UNITS[name]}") from error
-    if array.shape not in shapes:
-        expected = " or ".join(str(shape) for shape in shapes)
-        raise ValueError(f"{name}: got shape {array.shape}, expected {expected}: {_UNITS[name]}")
-    return array
-
-
-def _finished(rows: np.ndarray, flags: int, given: Mapping[str, Any]) -> np.ndarray:
-    if flags & lib.RM_BASE and given.get("base_rotation") is None:
-        rows["base_rotation"] = np.eye(3)
-    rows["given"] = flags
-    return rows
 
 
 def _checked_steps(steps: int | None) -> int:

@@ -199,3 +199,44 @@ def test_the_jacobian_along_the_rod_is_that_of_differences(rod: CoreRod) -> None
             for key, expected in slope.items():
                 found = getattr(jacobian, key)[name][..., axis]
                 np.testing.assert_allclose(found, expected, atol=1e-7 * np.abs(expected).max())
+
+
+def test_rows_may_each_have_their_own_base(rod: CoreRod) -> None:
+    places = np.array([[0.0, 0.0, 0.0], [0.1, -0.2, 0.3]])
+    turns = np.stack([np.eye(3), rotation(np.array([0.4, 0.9, -1.3]))])
+    own = rod.solve_many(pressure=PRESSURE, tip_force=FORCE, base_position=places, base_rotation=turns)
+    shared = rod.solve_many(pressure=PRESSURE, tip_force=FORCE, base_position=places, base_rotation=turns[1])
+    for row, (place, turn) in enumerate(zip(places, turns, strict=True)):
+        alone = rod.solve(PRESSURE, FORCE, base_position=place, base_rotation=turn, steps=32)
+        np.testing.assert_array_equal(own["tip_position"][row], alone.tip_position)
+    assert shared.size == 2
+    np.testing.assert_array_equal(shared["tip_position"][1], own["tip_position"][1])
+    one = rod.solve_many(pressure=PRESSURE, base_rotation=turns[1])
+    assert one.size == 1
+
+
+def test_arguments_of_rows_are_said_by_name(rod: CoreRod) -> None:
+    with pytest.raises(ValueError, match=r"pressure: got shape \(2, 3\), expected \(3,\) or \(3, 3\)"):
+        rod.solve_many(pressure=np.zeros((2, 3)), tip_force=np.zeros((3, 3)))
+    with pytest.raises(ValueError, match=r"pressure: got 'high', expected three gauge pressures \[Pa\]"):
+        rod.solve_many(pressure="high")
+    with pytest.raises(ValueError, match="pressure: got None, expected three gauge pressures"):
+        rod.solve_many(tip_force=FORCE)
+    with pytest.raises(
+        ValueError, match="wind: got an argument of that name, expected any of pressure, tip_"
+    ):
+        rod.solve_many(pressure=PRESSURE, wind=FORCE)
+    with pytest.raises(
+        ValueError, match="wind: got an argument of that name, expected any of pressure, tip_"
+    ):
+        rod.jacobian(PRESSURE, wind=FORCE)
+    with pytest.raises(ValueError, match="threads: got 0, expected 1 or more"):
+        rod.solve_many(pressure=PRESSURE, threads=0)
+    for call in (
+        rod.solve,
+        rod.jacobian,
+        lambda pressure, steps: rod.solve_many(pressure=pressure, steps=steps),
+    ):
+        with pytest.raises(ValueError, match="steps: got 0, expected 1 or more"):
+            call(PRESSURE, steps=0)
+    assert rod.solve_many(pressure=np.zeros((0, 3)), threads=2).size == 0

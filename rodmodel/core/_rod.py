@@ -188,7 +188,8 @@ class CoreRod:
 
         Parameters
         ----------
-        pressure, tip_force, tip_moment, gravity, steps, loads : as for `solve`, which does not raise here.
+        pressure, tip_force, tip_moment, gravity, loads : as for `solve`, which does not raise here.
+        steps : along the rod; 32 if not given.
         arc_lengths : where along the rod to differentiate the pose besides the tip [m].
 
         Returns

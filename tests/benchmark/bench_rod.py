@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 import rodmodel
-from rodmodel.core import INPUT, VARIANTS, CoreRod
+from rodmodel.core import INPUT, VARIANTS, CoreRod, rows_of
 from rodmodel.io import find
 from tests.benchmark import earlier
 from tests.benchmark.clock import ROUNDS, least, median_call, stay_on_one_core
@@ -101,10 +101,10 @@ def of_variant(variant: str, pressures: np.ndarray, walk: np.ndarray) -> Iterato
     given = {"pressure": pressures, **LOADS}
     found = rod.solve_many(steps=STEPS, tolerance=TOLERANCE, **given)
     passes = statistics.median_high(found["shots"].tolist()) * (4 * STEPS + 1)
-    inputs = rod.inputs(**given)
+    inputs = rows_of(given)
     cold = loop.solve(inputs)
     yield figure("C, cold", cold, C_COLD)
-    yield figure("C, warm", loop.solve(rod.inputs(pressure=walk, **LOADS), warm=True), C_WARM)
+    yield figure("C, warm", loop.solve(rows_of({"pressure": walk, **LOADS}), warm=True), C_WARM)
     jacobian = loop.solve(inputs, with_jacobian=True)
     yield Figure(f"{variant}: C, cold, with the tip's Jacobian, over the solve", jacobian / cold, "")
     limit = loop.sums(inputs, passes)

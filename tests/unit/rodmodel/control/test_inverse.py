@@ -94,3 +94,73 @@ def test_arguments_that_do_not_fit_are_named(rod: CoreRod) -> None:
         rod.inverse(tip_position=[0.0, 0.0])
     with pytest.raises(ValueError, match=r"tip_force: got shape \(2,\), expected \(3,\): three components"):
         rod.inverse(tip_position=[0.0, 0.0, 0.06], tip_force=[0.0, 0.0])
+
+
+@pytest.mark.parametrize("plane", np.linspace(0.0, 2.0 * np.pi, 13))
+def test_planes_all_round_are_met_without_a_third_chamber(rod: CoreRod, plane: float) -> None:
+    found = rod.inverse(bending_angle=0.7, bending_plane=plane)
+    assert found.reached
+    assert found.converged
+    assert found.solution.bending_angle == pytest.approx(0.7, abs=1e-3)
+    assert np.cos(found.solution.bending_plane - plane) == pytest.approx(1.0, abs=2e-6)
+    # Where a chamber points that way, the search may end within rounding of the valves from the face.
+    assert np.min(found.pressure) < 1.0
+
+
+def test_a_straight_rod_takes_no_pressure(rod: CoreRod) -> None:
+    for found in (rod.inverse(0.0, 1.0), rod.inverse(tip_position=[0.0, 0.0, 0.066])):
+        assert found.reached
+        assert np.all(found.pressure < 500.0)
+
+
+def test_an_angle_out_of_reach_ends_on_the_bound(rod: CoreRod) -> None:
+    """No pressures of the domain bend the rod to 6 rad; none on the edge where it bends most come nearer."""
+    found = rod.inverse(bending_angle=6.0, bending_plane=0.0)
+    assert not found.reached
+    assert found.nearest
+    assert rod.domain.covers_pressure(found.pressure)
+    first, total = rod.domain.pressure_max[0], rod.domain.pressure_sum_max
+    rest = np.linspace(0.0, total - first, 201)
+    edge = np.stack([np.full(201, first), 0.5 * rest, 0.5 * rest], axis=1)
+    bends = rod.solve_many(pressure=edge, steps=8)["bend"]
+    assert found.distance <= np.linalg.norm(bends - [6.0, 0.0], axis=1).min() + 1e-3
+
+
+def test_rows_are_single_targets_and_a_bad_one_spoils_no_other(rod: CoreRod) -> None:
+    """On one thread as on two, with a load a row."""
+    tip = rod.solve([30e3, 5e3, 0.0]).tip_position
+    points = np.stack([tip, [np.nan, 0.0, 0.0], [0.0, 0.0, 0.3], tip * [1.0, -1.0, 1.0], [0.0, 0.0, 0.066]])
+    forces = 0.004 * np.random.default_rng(4).normal(size=(5, 3))
+    one, two = (
+        inverse_many(rod, tip_position=points, tip_force=forces, threads=threads) for threads in (1, 2)
+    )
+    assert one.tobytes() == two.tobytes()
+    np.testing.assert_array_equal(one["converged"], [1, 0, 1, 1, 1])
+    assert np.all(np.isnan(one["pressure"][1]))
+    for row in (0, 2, 3, 4):
+        alone = rod.inverse(tip_position=points[row], tip_force=forces[row])
+        np.testing.assert_array_equal(one["pressure"][row], alone.pressure)
+        assert one["evaluations"][row] == alone.steps
+
+
+def test_the_distance_is_that_of_the_solution(rod: CoreRod) -> None:
+    loads = {"tip_force": [0.004, -0.006, 0.002], "gravity": GRAVITY}
+    point = rod.solve([30e3, 10e3, 0.0], **loads, steps=8).tip_position
+    found = rod.inverse(tip_position=point, **loads)
+    again = rod.solve(found.pressure, **loads, steps=8).tip_position
+    np.testing.assert_array_equal(found.solution.tip_position, again)
+    assert found.reached
+    assert found.distance == pytest.approx(np.linalg.norm(again - point), rel=1e-9)
+    # Without the loads these pressures miss it.
+    assert np.linalg.norm(rod.solve(found.pressure).tip_position - point) > 1e-3
+
+
+@pytest.mark.parametrize("given", ["follower_force", "base_position"])
+def test_loads_of_all_kinds_are_made_up_for(rod: CoreRod, given: str) -> None:
+    load = {"follower_force": [0.003, -0.002, -0.01], "base_position": [0.1, -0.2, 0.05]}[given]
+    pressures = np.array([[30e3, 8e3, 0.0], [0.0, 20e3, 25e3], [10e3, 0.0, 35e3]])
+    wanted = rod.solve_many(pressure=pressures, steps=8, **{given: load})["tip_position"]
+    found = inverse_many(rod, tip_position=wanted, **{given: load})
+    assert np.all(found["reached"])
+    back = rod.solve_many(pressure=found["pressure"], steps=8, **{given: load})["tip_position"]
+    np.testing.assert_allclose(back, wanted, atol=1e-4)

@@ -73,7 +73,7 @@ def law_source(found: "Found") -> str:
         "",
         f"#define ANGLE_ERROR {_real(found.calibration.angle_error)}",
         "",
-        *(_array(name, array) for name, array in {**apart, **oriented}.items() if array.size),
+        *(_array(name, array) for name, array in {**apart, **oriented}.items()),
         f"static const int orders[] = {{{', '.join(str(k) for k in law.orders.ravel())}}};",
         "",
         "const rm_rod rod = {",
@@ -121,7 +121,7 @@ def _law_fields(law: LawData, others: dict[str, str]) -> list[str]:
         if name in IN_PLACE:
             fields[name] = "{" + ", ".join(_real(x) for x in array.ravel()) + "}"
         else:
-            fields[name] = others.get(name, name if array.size else "NULL")
+            fields[name] = others.get(name, name)
     fields["orders"] = "orders"
     lines = [f".{name} = {value}," for name, value in fields.items()]
     return [textwrap.fill(line, _WIDTH, initial_indent=" " * 8, subsequent_indent=" " * 12) for line in lines]

@@ -68,3 +68,27 @@ def test_loads_of_any_size_give_numbers_and_flags(layout: str, psi_deg: float, l
     assert np.all(np.linalg.norm(rows["tip_position"], axis=1) < 1.03 * LENGTH)
     assert not np.any(rows["result"] == Result.bad_input)
     assert np.any(~converged)
+
+
+def test_a_large_load_at_once_is_one_that_grew() -> None:
+    """Forces of 5 to 60 EI/L², which fold a rod over: the equilibrium is that which 200 small steps lead to.
+
+    Long load steps may end in another one, a coil; each of these small ones moves the tip by a fifth of the
+    length at most, where the rod falls over.
+    """
+    actuator = rodmodel.Actuator(1.0, 0.0, 0.1, 0.0, 0.0)
+    rod = CoreRod.linear(
+        np.diag([1.0, 1.0, 0.8]), np.zeros((3, 3)), actuator, rodmodel.Domain((1.0, 1.0, 1.0), 3.0, 1e9)
+    )
+    random = np.random.default_rng(0)
+    none = np.zeros(3)
+    for _ in range(30):
+        force = random.normal(size=3)
+        force *= random.uniform(5.0, 60.0) / np.linalg.norm(force)
+        cold = rod.solve(none, force)
+        at = rod.solve(none, force / 200.0, steps=32)
+        for part in np.linspace(0.0, 1.0, 201)[2:]:
+            before, at = at, rod.solve(none, part * force, start=at, steps=32)
+            assert np.linalg.norm(at.tip_position - before.tip_position) < 0.2
+        np.testing.assert_allclose(cold.tip_position, at.tip_position, atol=1e-8)
+        assert cold.stable

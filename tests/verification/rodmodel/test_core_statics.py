@@ -149,13 +149,13 @@ def tip_by_scipy(
         world = world + np.cross(middle, a.cap_mass * gravity)
         return np.concatenate([1e3 * (m - R.T @ world), 1e2 * (R.T @ guess[3:] - follower)])
 
-    root = fsolve(missing, start, xtol=1e-13)
+    root = fsolve(missing, start, xtol=1e-10)
     end = integrate(root)
     return np.asarray(end[:3] + end[3:12].reshape(3, 3) @ cap)
 
 
 def test_an_independent_integrator_finds_the_same_tips(shipped: CoreRod) -> None:
-    """Twelve random loaded states of the shipped law, to 1e-7 of the length at 128 steps."""
+    """Twelve random loaded states of the shipped law, to 1e-9 of the length at 128 steps."""
     random = np.random.default_rng(5)
     for _ in range(12):
         pressure = random.uniform(0.0, 30e3, 3)
@@ -172,8 +172,8 @@ def test_an_independent_integrator_finds_the_same_tips(shipped: CoreRod) -> None
         end = arc.frames(0.06)
         # What the pressures preset: the mount, and how far the cap lies beside the arc's end.
         offset = end.T @ (arc.tip_position - arc_end(arc, shipped))
-        tip = tip_by_scipy(shipped, pressure, mount, offset, found.unknown.copy(), loads)
-        np.testing.assert_allclose(found.tip_position, tip, atol=1e-7 * 0.066)
+        tip = tip_by_scipy(shipped, pressure, mount, offset, 1.001 * found.unknown, loads)
+        np.testing.assert_allclose(found.tip_position, tip, atol=1e-9 * 0.066)
 
 
 def arc_end(arc: rodmodel.CoreSolution, rod: CoreRod) -> np.ndarray:

@@ -29,7 +29,10 @@ class Result(IntEnum):
 
 _MESSAGES = {
     Result.successful: "the equilibrium under the whole load was found",
-    Result.bad_input: "a pressure is negative, an input not finite, or base_rotation no rotation; correct it",
+    Result.bad_input: (
+        "a pressure is negative, an input not finite, base_rotation no rotation, or steps or tolerance "
+        "cannot be solved with; correct it"
+    ),
     Result.unstable: (
         "the rod would snap, or buckle to no side in particular, before the whole load is on it; "
         "take less load, or one that leans to a side"

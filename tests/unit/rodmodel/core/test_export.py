@@ -39,9 +39,8 @@ def contents(folder: Path) -> dict[str, str]:
 
 
 def array(text: str, name: str) -> np.ndarray:
-    body = re.search(rf"static const rm_real {name}\[\] = \{{(.*?)\}};", text, re.DOTALL)
-    assert body is not None
-    return np.array([float(number) for number in re.findall(r"N\((.*?)\)", body[1])])
+    (body,) = re.findall(rf"static const rm_real {name}\[\] = \{{(.*?)\}};", text, re.DOTALL)
+    return np.array([float(number) for number in re.findall(r"N\((.*?)\)", body)])
 
 
 def test_it_holds_the_core_the_rod_and_what_calls_it(found: Found, tmp_path: Path):

@@ -1,7 +1,6 @@
 """The shipped section law, adjusted to an actuator of one's own by ten numbers."""
 
-import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, final
 
 import equinox as eqx
@@ -10,7 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from rodmodel import Actuator, CurvatureLaw, Domain, Rod, SectionLaw
+from rodmodel import CurvatureLaw, Rod, SectionLaw
+from rodmodel.io import Adjustment, OuterWall, scaled_ends
 
 NAMES = (
     "stiffness_scale",
@@ -21,42 +21,6 @@ NAMES = (
 
 # Newton's method starts at the map's free curvature and doubles its digits: 1e-2, 1e-4, 1e-8, 1e-16.
 _NEWTON_STEPS = 6
-
-
-@dataclass(frozen=True)
-class OuterWall:
-    """Third of the tube's outer wall that closes a chamber; by default that of the calibrated actuator.
-
-    Mid-radius [m], thickness [m] and shear modulus at rest [Pa].
-    """
-
-    radius: float = 5.5e-3
-    thickness: float = 1e-3
-    shear_modulus: float = 0.1e6
-
-    def stiffness(self) -> np.ndarray:
-        """Stiffness of each chamber's outer wall against curvature and twist, about the rod's axis.
-
-        Of a thin arc of silicone at rest, r(φ) its place and φ from −60° to 60° about the chamber's centre:
-        its axial strain is ε = r (u₁ sin φ − u₂ cos φ), its shear r u₃, and with E = 3G
-
-            W_k = ∂²/∂u² ∫ ½ (E ε² + G r² u₃²) t r dφ.
-
-        Returns
-        -------
-        stiffness : (3, 3, 3), a symmetric matrix for each chamber, body frame [N m²].
-        """
-        half = math.pi / 3.0
-        cube = self.shear_modulus * self.thickness * self.radius**3
-        along, across, twist = half + 0.5 * math.sin(2 * half), half - 0.5 * math.sin(2 * half), 2 * half
-        local = cube * np.diag([3.0 * across, 3.0 * along, twist])
-        turns = [_turn_about_axis(2.0 * math.pi / 3.0 * k) for k in range(3)]
-        return np.stack([turn @ local @ turn.T for turn in turns])
-
-
-def _turn_about_axis(angle: float) -> np.ndarray:
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 @final
@@ -137,12 +101,18 @@ def default_parameters() -> np.ndarray:
     return np.array([1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 
+def adjustment_of(parameters: np.ndarray, wall: OuterWall | None = None) -> Adjustment:
+    """The parameters, in the order and units of `NAMES`, as `rodmodel.io` takes them."""
+    scale, gain, offset, variation = _parts(np.asarray(parameters, np.float64))
+    return Adjustment(float(scale), gain, offset, variation, OuterWall() if wall is None else wall)
+
+
 def adjusted_rod(rod: Rod, parameters: np.ndarray, wall: OuterWall | None = None) -> Rod:
     """Rod of an actuator of one's own: the section adjusted, and the domain in pressures as they are read.
 
     Parameters
     ----------
-    rod : of the map.
+    rod : of the map, its law of whatever kind; see `rodmodel.io.adjusted` for calibrations.
     parameters : in the order and units of `NAMES` and [`AdjustedLaw`][].
     wall : the outer wall that the wall variation counts in.
 
@@ -150,24 +120,10 @@ def adjusted_rod(rod: Rod, parameters: np.ndarray, wall: OuterWall | None = None
     -------
     rod : its `error_estimate` stays that of the map against the FEM.
     """
-    scale, gain, offset, _ = _parts(np.asarray(parameters, np.float64))
-    first, second, third = (
-        max((maximum - o) / g, 0.0)
-        for maximum, g, o in zip(rod.domain.pressure_max, gain, offset, strict=True)
-    )
-    # With unequal gains the bound on the sum is a plane of another slope: the largest gain is the safe one.
-    total = max((rod.domain.pressure_sum_max - offset.sum()) / gain.max(), 0.0)
-    bending, _, torque = (float(scale) * axis for axis in rod.domain.moment_axes)
-    domain = Domain((first, second, third), float(total), bending, torque)
-    law = AdjustedLaw(rod.section, jnp.asarray(parameters, float), OuterWall() if wall is None else wall)
-    return replace(rod, section=law, actuator=scaled_ends(rod.actuator, float(scale)), domain=domain)
-
-
-def scaled_ends(actuator: Actuator, scale: float | Float[Array, ""]) -> Actuator:
-    """Ends of the same silicone as the section: what they hold back scales as its stiffness does."""
-    if isinstance(actuator.base_stiffness, float | int) and actuator.base_stiffness == 0:
-        return actuator  # the same for all, whatever the scale
-    return replace(actuator, base_stiffness=scale * actuator.base_stiffness)
+    adjustment = adjustment_of(parameters, wall)
+    law = AdjustedLaw(rod.section, jnp.asarray(parameters, float), adjustment.wall)
+    ends = scaled_ends(rod.actuator, adjustment.stiffness_scale)
+    return replace(rod, section=law, actuator=ends, domain=adjustment.domain(rod.domain))
 
 
 def _parts(parameters: Any) -> tuple[Any, Any, Any, Any]:

@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from calibration.truth import TruthError, case_of, free_states
+from calibration.truth import TruthError, case_of, free_states, truth_level
 from fem_reference import CellState, Load, PeriodCell, follow
 
 #: What is fitted, by the names of `rodmodel.Actuator`, and the size of one unit in the search.
@@ -328,7 +328,7 @@ class Bending:
 
 def cell_bending(states: xr.Dataset, compliance: float) -> Bending:
     """The cell at the pressures of unloaded states, its ends giving by the compliance [m/N]."""
-    names, mesh = states["case"].values, states.attrs["mesh"]
+    names, mesh = states["case"].values, truth_level(states)
     found: dict[int, CellState] = {}
     for name in dict.fromkeys(names):
         own = np.flatnonzero(names == name)

@@ -1,5 +1,6 @@
 """How far a law is from held-out states of the finite-element cell, and where it is farthest."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -178,3 +179,8 @@ def summary(error: np.ndarray, samples: Samples, extent: float) -> dict[str, Any
         "range": extent,
         "states": len(samples),
     }
+
+
+def everywhere(error: Mapping[str, Any]) -> bool:
+    """Whether the law has an equilibrium at every held-out state: whether all of its `figures` are finite."""
+    return all(np.isfinite(row["worst"]) for row in error.values() if isinstance(row, dict))

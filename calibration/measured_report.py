@@ -9,16 +9,18 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from calibration.adjusted_law import NAMES, default_parameters
-from calibration.measured import POSITIONS, Measured
 from calibration.measured_fit import MeasuredFit
+from calibration.measured_states import unit_of
 from calibration.plots import DOTS_PER_INCH
+from rodmodel.io import atomic_part
 
 # For people: unit and factor to it.
 _UNITS = tuple(("kPa", 1e-3) if "offset" in name else ("", 1.0) for name in NAMES)
 
 
-def fit_record(fit: MeasuredFit, measured: Measured) -> dict[str, Any]:
-    """Parameters, what is held and why, and residuals, as a JSON object; offsets in kPa."""
+def fit_record(fit: MeasuredFit) -> dict[str, Any]:
+    """Parameters, what is held and why, residuals and doubts, as a JSON object; offsets in kPa."""
+    measured = fit.repeats.measured
     held = {h.name: h for h in fit.held}
     parameters = []
     for n, (name, (unit, factor)) in enumerate(zip(NAMES, _UNITS, strict=True)):
@@ -41,19 +43,28 @@ def fit_record(fit: MeasuredFit, measured: Measured) -> dict[str, Any]:
         ],
         "residuals": [
             {"column": name, "rms_of_map": before, "rms_adjusted": after}
-            for name, before, after in zip(measured.outputs, *_rms(fit, measured), strict=True)
+            for name, before, after in zip(measured.outputs, *_rms(fit), strict=True)
         ],
-        "rows": len(measured.lines),
+        "repeats_scatter": {
+            name: float(scatter) * unit_of(name)[1]
+            for name, scatter in zip(measured.outputs, fit.repeats.scatter, strict=True)
+            if math.isfinite(scatter)
+        },
+        "rows": fit.repeats.rows,
+        "states": len(measured.lines),
+        "rows_passed_over": list(measured.passed_over),
         "noise_scale": fit.noise_scale,
         "reduced_chi_square_of_map": fit.chi_square[0],
         "reduced_chi_square": fit.chi_square[1],
         "rows_beyond_the_map": fit.extrapolated,
-        "converged": True,
+        "doubts": list(fit.doubts),
+        "converged": not fit.doubts,
     }
 
 
-def fit_text(fit: MeasuredFit, measured: Measured) -> str:
+def fit_text(fit: MeasuredFit) -> str:
     """Result for people."""
+    measured = fit.repeats.measured
     held = {h.name for h in fit.held}
     lines = [f"{'parameter':26s} {'value':>9s} {'std error':>10s}   95 % interval"]
     for n, (name, (unit, factor)) in enumerate(zip(NAMES, _UNITS, strict=True)):
@@ -62,12 +73,13 @@ def fit_text(fit: MeasuredFit, measured: Measured) -> str:
         if name in held:
             lines.append(f"{label:26s} {value:9.4f}       held at its default")
             continue
+        error = factor * fit.standard_error[n]
         low, high = factor * fit.interval[n]
+        if math.isnan(low):
+            lines.append(f"{label:26s} {value:9.4f} {error:10.4f}   not looked for")
+            continue
         changed = " *" if not low <= factor * default_parameters()[n] <= high else ""
-        lines.append(
-            f"{label:26s} {value:9.4f} {factor * fit.standard_error[n]:10.4f}   "
-            f"{low:.4f} to {high:.4f}{changed}"
-        )
+        lines.append(f"{label:26s} {value:9.4f} {error:10.4f}   {low:.4f} to {high:.4f}{changed}")
     lines.append("* the map's own value is outside the interval")
     for h in fit.held:
         if len(h.combination) == 1:
@@ -78,26 +90,37 @@ def fit_text(fit: MeasuredFit, measured: Measured) -> str:
             what = f"the data cannot tell apart {terms} (each in units of its plausible spread)"
         lines.append(f"held {h.name}: {what}")
     lines += ["", f"{'column':20s} {'rms of the map':>15s} {'rms adjusted':>13s}"]
-    for name, before, after in zip(measured.outputs, *_rms(fit, measured), strict=True):
+    for name, before, after in zip(measured.outputs, *_rms(fit), strict=True):
         lines.append(f"{name:20s} {before:15.3f} {after:13.3f}")
     lines.append(
         f"weighted squares over degrees of freedom: {fit.chi_square[0]:.3g} of the map, "
         f"{fit.chi_square[1]:.3g} adjusted; 1 is what the given noise explains"
     )
+    if fit.repeats.rows > len(measured.lines):
+        scatter = ", ".join(
+            f"{name} {unit_of(name)[1] * size:.2g}"
+            for name, size in zip(measured.outputs, fit.repeats.scatter, strict=True)
+        )
+        lines.append(
+            f"{fit.repeats.rows} rows are of {len(measured.lines)} states, each counted once; one scatters "
+            f"about its state's mean by {scatter}"
+        )
     if fit.extrapolated:
-        lines.append(f"{fit.extrapolated} of {len(measured.lines)} rows lie beyond the map when adjusted")
+        lines.append(f"{fit.extrapolated} of {len(measured.lines)} states lie beyond the map when adjusted")
     return "\n".join(lines)
 
 
-def write_residual_plot(fit: MeasuredFit, measured: Measured, file: Path) -> None:
+def write_residual_plot(fit: MeasuredFit, file: Path) -> None:
     """Write the picture of [`residual_plot`][]."""
-    figure = residual_plot(fit, measured)
-    figure.savefig(file, dpi=DOTS_PER_INCH)
+    figure = residual_plot(fit)
+    with atomic_part(file) as part:
+        figure.savefig(part, dpi=DOTS_PER_INCH, format=file.suffix.lower().removeprefix("."))
     plt.close(figure)
 
 
-def residual_plot(fit: MeasuredFit, measured: Measured) -> Figure:
+def residual_plot(fit: MeasuredFit) -> Figure:
     """Measured less predicted over the bending angle, map and adjusted, on the band of the noise."""
+    measured = fit.repeats.measured
     count = len(measured.outputs)
     columns = min(count, 3)
     rows = -(-count // columns)
@@ -107,7 +130,7 @@ def residual_plot(fit: MeasuredFit, measured: Measured) -> Figure:
     angle = np.degrees(fit.angle)
     order = np.argsort(angle)
     for n, (axis, name) in enumerate(zip(axes.flat, measured.outputs, strict=False)):
-        unit = _unit(name)
+        named, unit = unit_of(name)
         sigma = fit.noise_scale * unit / fit.weight[order, n]
         before, after = unit * fit.of_map[:, n], unit * fit.adjusted[:, n]
         reach = 1.1 * max(np.abs(before).max(), np.abs(after).max(), 2.0 * sigma.min())
@@ -120,7 +143,7 @@ def residual_plot(fit: MeasuredFit, measured: Measured) -> Figure:
         axis.set(
             title=name,
             xlabel="predicted bending angle [deg]",
-            ylabel=f"measured − predicted [{'mm' if name in POSITIONS else 'deg'}]",
+            ylabel=f"measured − predicted [{named}]",
             ylim=(-reach, reach),
         )
     for axis in axes.flat[count:]:
@@ -129,11 +152,7 @@ def residual_plot(fit: MeasuredFit, measured: Measured) -> Figure:
     return figure
 
 
-def _rms(fit: MeasuredFit, measured: Measured) -> tuple[list[float], list[float]]:
-    units = np.array([_unit(name) for name in measured.outputs])
+def _rms(fit: MeasuredFit) -> tuple[list[float], list[float]]:
+    units = np.array([unit_of(name)[1] for name in fit.repeats.measured.outputs])
     before, after = (units * np.sqrt(np.mean(off**2, axis=0)) for off in (fit.of_map, fit.adjusted))
     return before.tolist(), after.tolist()
-
-
-def _unit(name: str) -> float:
-    return 1e3 if name in POSITIONS else math.degrees(1.0)

@@ -1,10 +1,19 @@
 """A path's file: a line per state as it is found, then a line that says how the path ended."""
 
 import json
+import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from calibration.run_schema import END_KEYS, STATE_KEYS
+from fem_reference import RecordError, parse_record, refuse_faults
+from rodmodel.io import sync_folder
+
+
+class PathFileError(ValueError):
+    """A damaged file of a path; the message is one line that names file and line."""
 
 
 @dataclass(frozen=True)
@@ -31,18 +40,32 @@ def path_file(directory: Path, name: str) -> Path:
 
 
 def read_path(file: Path) -> PathRecord:
-    """Read a path's file; a last line cut short by a kill does not count."""
+    """Read a path's file; a last line cut short by a kill does not count.
+
+    Raises
+    ------
+    PathFileError
+        Where a line is damaged otherwise.
+    """
     states: list[dict[str, Any]] = []
     if not file.exists():
         return PathRecord((), None)
-    for line in file.read_text().splitlines(keepends=True):
-        if not line.endswith("\n"):
-            break
-        record = json.loads(line)
-        if "end" in record:
-            return PathRecord(tuple(states), record["end"])
-        states.append(record)
+    try:
+        lines = file.read_bytes().split(b"\n")
+        for number, line in enumerate(lines[:-1], start=1):
+            record = _record(line, f"{file}, line {number}")
+            if "end" in record:
+                return PathRecord(tuple(states), record["end"])
+            states.append(record)
+    except (OSError, RecordError) as error:
+        raise PathFileError(f"{error}; delete the file to trace the path again") from error
     return PathRecord(tuple(states), None)
+
+
+def _record(line: bytes, where: str) -> dict[str, Any]:
+    record = parse_record(line.decode("utf-8", errors="replace"), where, {})
+    refuse_faults(record, where, END_KEYS if "end" in record else STATE_KEYS)
+    return record
 
 
 class PathWriter:
@@ -51,6 +74,11 @@ class PathWriter:
     Parameters
     ----------
     file : of the path, made if missing, its folder too.
+
+    Raises
+    ------
+    PathFileError
+        Where the file that is there is damaged.
     """
 
     def __init__(self, file: Path) -> None:
@@ -62,13 +90,17 @@ class PathWriter:
         self._known = {_load_of(state) for state in known.states}
 
     def add(self, records: Iterable[dict[str, Any]]) -> None:
-        """Append the records that are new, each on disk when it has come."""
-        with self._file.open("a") as lines:
+        """Append the records that are new, each on the disk before the next one is taken."""
+        begun = self._file.exists()
+        with self._file.open("a", encoding="utf-8") as lines:
+            if not begun:
+                sync_folder(self._file.parent)
             for record in records:
                 new = not self._ended and ("end" in record or _load_of(record) not in self._known)
                 if new:
                     lines.write(json.dumps(record) + "\n")
                     lines.flush()
+                    os.fsync(lines.fileno())
                     if "end" in record:
                         self._ended = True
                     else:

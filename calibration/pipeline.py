@@ -14,7 +14,7 @@ import xarray as xr
 from calibration.compare import compare, markdown
 from calibration.dataset import attributes
 from calibration.design import inside
-from calibration.error import deviations, figures
+from calibration.error import deviations, everywhere, figures
 from calibration.fit import Fitted, fit, mean_square
 from calibration.joined import joined
 from calibration.mean_law import mean_states
@@ -194,7 +194,7 @@ def fit_and_judge(
         "seed": seed,
     }
     complaint = ""
-    if not all(np.isfinite(row["worst"]) for row in error.values() if isinstance(row, dict)):
+    if not everywhere(error):
         complaint = "the fitted law has no equilibrium at some held-out states"
     states = len(material.train) + len(held_out)
     return Judged(law, domain, error, training, states, not complaint, complaint)

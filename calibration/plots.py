@@ -12,6 +12,7 @@ from calibration.error import NO_MOMENT, Deviations
 from calibration.oriented import AnyLaw
 from calibration.samples import Samples
 from rodmodel import OrientedNetwork, SectionLaw
+from rodmodel.io import atomic_part
 
 KPA, MM2 = 1e3, 1e-6
 DOTS_PER_INCH = 130
@@ -38,7 +39,8 @@ def write_figures(
     if not isinstance(law, OrientedNetwork):
         drawn["angle-against-pressure.png"] = angle_against_pressure(law, everything, length)
     for name, figure in drawn.items():
-        figure.savefig(directory / name, dpi=DOTS_PER_INCH)
+        with atomic_part(directory / name) as part:
+            figure.savefig(part, dpi=DOTS_PER_INCH, format="png")
         plt.close(figure)
     return [directory / name for name in drawn]
 

@@ -11,6 +11,7 @@ import xarray as xr
 from calibration.dataset import VARIABLES, attributes
 from calibration.path_file import PathWriter, path_file
 from calibration.run import RUN_FILE, RunPlan, refuse_another
+from rodmodel.io import write_atomically
 
 _OF_THE_DATASET = ("failures", "unstable", "paths")
 
@@ -49,4 +50,4 @@ def restore_run(dataset: xr.Dataset, directory: Path, plan: RunPlan, material: M
         PathWriter(path_file(directory, path)).add([*states, {"end": end}])
     description = {name: value for name, value in run.items() if name not in _OF_THE_DATASET}
     # Last: a directory without it counts as empty.
-    (directory / RUN_FILE).write_text(json.dumps(description, indent=1) + "\n")
+    write_atomically(directory / RUN_FILE, json.dumps(description, indent=1) + "\n")

@@ -8,8 +8,19 @@ from typing import Any
 
 from calibration.design import ROUNDS, LoadingPath, design_paths
 from calibration.provenance import code_version, today
-from fem_reference import ActuatorGeometry, Ogden, Thread, Winding
+from calibration.run_schema import RUN_KEYS
+from fem_reference import (
+    ActuatorGeometry,
+    MeshLevel,
+    Ogden,
+    RecordError,
+    Thread,
+    Winding,
+    level_record,
+    read_record,
+)
 from rodmodel import Domain
+from rodmodel.io import drop_parts, write_atomically
 
 # Of a path, from a load to the next [Pa]: a law needs many paths rather than many states of each.
 PRESSURE_STEP = 8e3
@@ -20,7 +31,7 @@ END_COMPLIANCE = 0.23e-3
 
 
 class RunError(ValueError):
-    """A run directory that holds something else than what was asked for."""
+    """A run directory that is damaged, or holds something else than what was asked for."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +40,8 @@ class RunPlan:
 
     geometry: ActuatorGeometry
     winding: Winding
-    level: str
+    level: str | MeshLevel
+    """By name, or element counts of your own."""
     domain: Domain
     paths: int
     seed: int
@@ -67,7 +79,7 @@ class RunPlan:
             "winding": asdict(self.winding),
             "geometry": lengths,
             "body_area_m2": self.geometry.body_area,
-            "mesh": self.level,
+            "mesh": level_record(self.level),
             "end_compliance": self.end_compliance,
             "domain": asdict(self.domain),
             "seed": self.seed,
@@ -106,19 +118,23 @@ def open_run(directory: Path, plan: RunPlan, command: str, material: Mapping[str
     Raises
     ------
     RunError
-        If the directory holds a run of another plan.
+        If the directory holds a run of another plan, or its file is damaged.
     """
-    file = directory / RUN_FILE
+    file, wanted = directory / RUN_FILE, {**plan.description(), "material": material}
+    directory.mkdir(parents=True, exist_ok=True)
+    # Of this run's own killed processes: a directory belongs to one run.
+    drop_parts(directory)
     if file.exists():
-        found = json.loads(file.read_text())
+        try:
+            found = read_record(file, RUN_KEYS)
+        except RecordError as error:
+            raise RunError(f"--out: {error}") from error
         refuse_another(found, plan, material, f"--out: {directory}", "an empty directory or one")
         for name, value in (("command", command), ("code_version", code_version())):
             if value not in found[name].split("; "):
                 found[name] += f"; {value}"
-        file.write_text(json.dumps(found, indent=1) + "\n")
-        return dict(found)
-    directory.mkdir(parents=True, exist_ok=True)
-    wanted = {**plan.description(), "material": material}
+        write_atomically(file, json.dumps(found, indent=1) + "\n")
+        return found
     description = {**wanted, "command": command, "code_version": code_version(), "date": today()}
-    file.write_text(json.dumps(description, indent=1) + "\n")
+    write_atomically(file, json.dumps(description, indent=1) + "\n")
     return description

@@ -1,5 +1,6 @@
 """Follow one loading path: states as records, a second try in smaller steps, and how the path ended."""
 
+import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -14,6 +15,7 @@ from fem_reference import (
     CellState,
     DoubleHelix,
     Load,
+    MeshLevel,
     PeriodCell,
     Winding,
     follow,
@@ -36,7 +38,7 @@ class CellTracer:
 
     geometry: ActuatorGeometry
     winding: Winding
-    level: str
+    level: str | MeshLevel
     end_compliance: float = 0.0
 
     def __call__(self) -> Trace:
@@ -47,6 +49,18 @@ class CellTracer:
     def oriented(self, psi: float) -> "CellTracer":
         """The same with a winding of the same kind at another ψ [rad]."""
         return replace(self, winding=replace(cast(DoubleHelix, self.winding), psi=psi))
+
+
+# Of each thread of a worker: a cell serves one path at a time.
+_mine = threading.local()
+
+
+def records_of(make_trace: Callable[[], Trace], path: LoadingPath) -> Iterator[dict[str, Any]]:
+    """Records of a path (`trace_path`) in a worker, whose cell serves all paths of one winding."""
+    maker = make_trace if path.psi is None else cast(CellTracer, make_trace).oriented(path.psi)
+    if getattr(_mine, "made_by", None) != maker:
+        _mine.trace, _mine.made_by = maker(), maker
+    yield from trace_path(_mine.trace, path)
 
 
 def trace_path(trace: Trace, path: LoadingPath) -> Iterator[dict[str, Any]]:

@@ -13,21 +13,42 @@ from scipy.spatial.transform import Rotation
 from calibration.provenance import code_version, today
 from calibration.samples import on_loading_branch
 from calibration.truth_cases import TruthCase, cases
-from fem_reference import Actuator, ActuatorGeometry, ActuatorRun, ActuatorState, MeshLevel, load_record
-
-# name in the dataset, key of the record, dims beside "state", unit, factor to that unit
-_VARIABLES: tuple[tuple[str, str, tuple[str, ...], str, float], ...] = (
-    ("pressure", "pressure_kpa", ("chamber",), "Pa", 1e3),
-    ("tip_force", "tip_force_n", ("axis",), "N", 1.0),
-    ("gravity", "gravity_m_per_s2", ("axis",), "m/s2", 1.0),
-    ("bending_angle", "bending_angle_deg", (), "rad", np.pi / 180.0),
-    ("bending_plane", "bending_plane_deg", (), "rad", np.pi / 180.0),
-    ("tip_position", "tip_position_mm", ("axis",), "m", 1e-3),
-    ("tip_rotation", "tip_rotation", ("row", "column"), "1", 1.0),
-    ("volume", "chamber_volume_mm3", ("chamber",), "m3", 1e-9),
-    ("residual", "residual_n", (), "N", 1.0),
-    ("jumped", "jumped", (), "1", 1.0),
+from fem_reference import (
+    Actuator,
+    ActuatorGeometry,
+    ActuatorRun,
+    ActuatorState,
+    Kind,
+    MeshLevel,
+    RecordError,
+    RunError,
+    Text,
+    level_from_record,
+    level_record,
+    load_record,
+    parse_record,
+    read_record,
+    refuse_faults,
 )
+from rodmodel.io import write_atomically
+
+# name in the dataset, key of the record, dims beside "state", unit, factor to that unit, largest magnitude
+_VARIABLES: tuple[tuple[str, str, tuple[str, ...], str, float, float], ...] = (
+    ("pressure", "pressure_kpa", ("chamber",), "Pa", 1e3, 1e8),
+    ("tip_force", "tip_force_n", ("axis",), "N", 1.0, 1e6),
+    ("gravity", "gravity_m_per_s2", ("axis",), "m/s2", 1.0, 1e5),
+    ("bending_angle", "bending_angle_deg", (), "rad", np.pi / 180.0, 1e4),
+    ("bending_plane", "bending_plane_deg", (), "rad", np.pi / 180.0, 10.0),
+    ("tip_position", "tip_position_mm", ("axis",), "m", 1e-3, 1e2),
+    ("tip_rotation", "tip_rotation", ("row", "column"), "1", 1.0, 1.001),
+    ("volume", "chamber_volume_mm3", ("chamber",), "m3", 1e-9, 1e3),
+    ("residual", "residual_n", (), "N", 1.0, 1e6),
+    ("jumped", "jumped", (), "1", 1.0, 1.0),
+)
+_LENGTHS = {"chamber": 3, "axis": 3, "row": 3, "column": 3}
+# Of each case's files: what was run, and by which command.
+_RUN_KEYS: dict[str, Kind] = {"role": Text(), "winding": Text()}
+_NOTE_KEYS: dict[str, Kind] = {"command": Text(), "code_version": Text(), "date": Text()}
 #: Stations along the rod at which its axis is kept [m].
 STATIONS = np.linspace(0.0, 60e-3, 13)
 
@@ -69,14 +90,15 @@ def trace(case: TruthCase, directory: Path, level: str | MeshLevel, command: str
         "case": case.name,
         "role": case.role,
         "winding": repr(case.winding),
-        "mesh": str(level),
+        "mesh": level_record(level),
         "symmetric": case.symmetric,
         "loads": [load_record(load) for load in case.loads],
     }
     run = ActuatorRun(directory / case.name, description)
     note = directory / case.name / "provenance.json"
     if not note.exists():
-        note.write_text(json.dumps({"command": command, "code_version": code_version(), "date": today()}))
+        told = {"command": command, "code_version": code_version(), "date": today()}
+        write_atomically(note, json.dumps(told))
     return run.states(actuator, case.loads)
 
 
@@ -86,7 +108,7 @@ def gather(directory: Path, chosen: Sequence[TruthCase] | None = None) -> xr.Dat
     Raises
     ------
     TruthError
-        Where there is none.
+        Where there is none, or a file of a run is damaged.
     """
     rows: list[tuple[TruthCase, dict[str, Any]]] = []
     provenance: dict[str, Any] = {}
@@ -94,11 +116,16 @@ def gather(directory: Path, chosen: Sequence[TruthCase] | None = None) -> xr.Dat
         folder = directory / case.name
         if not (folder / "run.json").exists():
             continue
-        held = json.loads((folder / "run.json").read_text())
-        found = ActuatorRun(folder, held).records()
+        try:
+            held = read_record(folder / "run.json", _RUN_KEYS)
+            level_from_record(held.get("mesh"), f"{folder / 'run.json'}: mesh")
+            note = read_record(folder / "provenance.json", _NOTE_KEYS)
+            found = ActuatorRun(folder, held).records()
+        except (RecordError, RunError) as error:
+            raise TruthError(f"truth: {error}") from error
         rows += [(case, record) for record in found]
         provenance[case.name] = {
-            **json.loads((folder / "provenance.json").read_text()),
+            **note,
             "mesh": held["mesh"],
             "reached": len(found),
             "loads": len(case.loads),
@@ -111,7 +138,7 @@ def gather(directory: Path, chosen: Sequence[TruthCase] | None = None) -> xr.Dat
             factor * np.array([record[key] for _, record in rows], float),
             {"units": unit},
         )
-        for name, key, dims, unit, factor in _VARIABLES
+        for name, key, dims, unit, factor, _ in _VARIABLES
     }
     axis = [_at_stations(record["axis"]) for _, record in rows]
     middle = [_middle_curvature(record["axis"]) for _, record in rows]
@@ -128,7 +155,7 @@ def gather(directory: Path, chosen: Sequence[TruthCase] | None = None) -> xr.Dat
     ):
         data[name] = (("state",), np.array(values, dtype=object))
     coords = {"station": ("station", STATIONS, {"units": "m"})}
-    meshes = {note["mesh"] for note in provenance.values()}
+    meshes = {_mesh_text(run["mesh"]) for run in provenance.values()}
     if len(meshes) > 1:
         raise TruthError(f"truth: got runs on the meshes {', '.join(sorted(meshes))}, expected one mesh")
     attrs = {"runs": json.dumps(provenance), "mesh": meshes.pop()}
@@ -159,19 +186,39 @@ def merged(held: xr.Dataset, found: xr.Dataset) -> xr.Dataset:
     return both.assign_attrs(runs=json.dumps(runs), mesh=found.attrs["mesh"]).drop_encoding()
 
 
+def truth_level(truth: xr.Dataset) -> MeshLevel:
+    """The mesh level of a dataset's runs.
+
+    Raises
+    ------
+    ValueError
+        Where its attribute tells none.
+    """
+    told = truth.attrs.get("mesh")
+    if isinstance(told, str) and told.startswith("{"):
+        told = parse_record(told, "mesh", {})
+    return level_from_record(told, "mesh")
+
+
+def _mesh_text(record: Any) -> str:
+    """A mesh level as an attribute has it: its name, or the JSON of its counts."""
+    return record if isinstance(record, str) else json.dumps(record, sort_keys=True)
+
+
 def load_truth(file: Path) -> xr.Dataset:
     """Read what `gather` made.
 
     Raises
     ------
     TruthError
-        Where it is no such file.
+        Where it is no such file; one line that names it and what is wrong with it.
     """
     try:
         truth = xr.load_dataset(file, engine="h5netcdf")
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, KeyError, RuntimeError) as error:
+        told = " ".join(str(error).split())
         raise TruthError(
-            f"truth: cannot read {file} as netCDF ({error}); expected a file of `truth --gather`"
+            f"truth: cannot read {file} as netCDF ({told}); expected a file of `truth --gather`"
         ) from error
     missing = {
         "case",
@@ -185,7 +232,35 @@ def load_truth(file: Path) -> xr.Dataset:
         raise TruthError(
             f"truth: {file} lacks {', '.join(sorted(map(str, missing)))}; expected a file of `truth --gather`"
         )
+    try:
+        _refuse_states(truth)
+        truth_level(truth)
+        runs = parse_record(str(truth.attrs.get("runs")), "runs", {})
+        for name, run in runs.items():
+            refuse_faults(run, f"runs: {name}", _NOTE_KEYS)
+    except ValueError as error:
+        raise TruthError(f"truth: {file}: {error}") from error
     return truth
+
+
+def _refuse_states(truth: xr.Dataset) -> None:
+    """Raise a ValueError where states are none, or their numbers are out of range."""
+    states = truth.sizes.get("state", 0)
+    if not states:
+        raise ValueError("got no states, expected at least one")
+    for name, _, dims, unit, _, most in _VARIABLES:
+        found = truth[name]
+        shape = (states, *(_LENGTHS[dim] for dim in dims))
+        if found.shape != shape or found.dtype.kind not in "fiu":
+            raise ValueError(f"{name}: got {found.dtype} of {found.shape}, expected numbers of shape {shape}")
+        outside = ~(np.abs(found.values) <= most)
+        if outside.any():
+            raise ValueError(
+                f"{name}: got {found.values[outside][0]:g} in state {np.argwhere(outside)[0, 0]}, expected "
+                f"numbers from {-most:g} to {most:g} {unit}"
+            )
+    if strange := set(map(str, truth["role"].values)) - {"fit", "judge"}:
+        raise ValueError(f"role: got {sorted(strange)[0]!r}, expected fit or judge")
 
 
 def free_states(truth: xr.Dataset) -> Bool[np.ndarray, " states"]:

@@ -7,6 +7,7 @@ import numpy as np
 
 from calibration.judge import Verdict
 from calibration.plots import DOTS_PER_INCH
+from rodmodel.io import atomic_part
 
 
 def write_truth_figure(verdict: Verdict, file: Path) -> None:
@@ -40,5 +41,6 @@ def write_truth_figure(verdict: Verdict, file: Path) -> None:
     tips.legend()
     angles.legend(loc="upper right")
     file.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(file, dpi=DOTS_PER_INCH)
+    with atomic_part(file) as part:
+        figure.savefig(part, dpi=DOTS_PER_INCH, format=file.suffix[1:])
     plt.close(figure)

@@ -28,6 +28,8 @@ from rodmodel.stiffness_rule import stiffness_ratio
 PRESSURES_KPA = (20.0, 30.0, 40.0, 50.0)
 JUDGED_KPA = 40.0
 CHAMBERS = jnp.eye(3)
+# Of a legend: the curves take all the room inside.
+ABOVE: dict[str, Any] = {"fontsize": 8, "loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "frameon": False}
 
 
 def main(picture: Path) -> None:
@@ -129,16 +131,16 @@ def drawn(
     of_points = JUDGED_KPA / np.array([_point_angle(points, x, JUDGED_KPA) for x in away])
     over_psi.plot(away, of_points, "ko", ms=4, label="FEM, chamber 1")
     over_ratio.plot(away / (180.0 - away), of_points, "ko", ms=4, label="FEM")
-    over_ratio.legend(fontsize=8)
+    over_ratio.legend(**ABOVE)
     over_psi.set_xlabel("ψ [deg]")
     over_psi.set_ylabel(f"pressure over angle at {JUDGED_KPA:g} kPa [kPa/deg]")
-    over_psi.legend(fontsize=8)
+    over_psi.legend(**ABOVE, ncols=2)
     over_ratio.set_xlabel("the paper's R")
     for p, values in spreads.items():
         spread.plot(psi_deg, 100.0 * values, label=f"{p:g} kPa")
     spread.set_xlabel("ψ [deg]")
     spread.set_ylabel("largest less smallest angle, % of mean")
-    spread.legend(fontsize=8)
+    spread.legend(**ABOVE, ncols=4)
     for panel in (over_psi, over_ratio, spread):
         panel.grid(alpha=0.3)
     return figure

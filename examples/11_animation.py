@@ -21,6 +21,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from jaxtyping import Float
 from matplotlib.animation import FuncAnimation, PillowWriter
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
@@ -33,6 +35,7 @@ SILICONE, SKIN_ALPHA = np.array([0.93, 0.80, 0.62]), 0.45
 # Chamber 1 bends in the x-z plane: seen from the side. The circle is seen from above.
 VIEWS = {"chamber1": (8.0, -90.0), "circle": (38.0, -70.0)}
 FRAMES_A_SECOND, HOLD, DOTS_PER_INCH = 6, 4, 80
+BAR_MM = 20.0
 
 Frames = Mapping[str, np.ndarray]
 
@@ -126,6 +129,7 @@ def set_box(axes: Axes3D, path: Frames, view: tuple[float, float]) -> None:
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set_box_aspect(high - low)
     axes.view_init(elev=view[0], azim=view[1])
+    axes.set_proj_type("ortho")
     axes.set_axis_off()
 
 
@@ -154,19 +158,47 @@ def draw_curve(axes: plt.Axes, name: str, path: Frames, upto: int) -> None:
     axes.set(xlim=span, ylim=span, aspect="equal", xlabel="θ cos γ [deg]", ylabel="θ sin γ [deg]")
 
 
+def draw_notes(axes: Axes3D, name: str, path: Frames, shown: list[int]) -> None:
+    """What is drawn, in words; pressures at the tips where one chamber has them; a bar for the scale."""
+    lines = [
+        Line2D([], [], color="#1f4e79", lw=2.2, label="rod"),
+        Line2D([], [], color="#1f4e79", lw=2.2, ls="--", label="rod beyond its calibration"),
+        Patch(facecolor=SILICONE, alpha=0.6, label="finite elements"),
+        Line2D([], [], color="#c77b30", marker="o", ms=3.5, ls="", label="their tip"),
+    ]
+    if name == "chamber1":
+        kpa = 1e-3 * path["pressure"][shown, 0]
+        axes.set_title(f"chamber 1 from {kpa[0]:g} to {kpa[-1]:g} kPa", fontsize=10)
+        axes.legend(handles=lines[:3], loc="upper left", fontsize=8, frameon=False)
+        for n in shown:
+            tip, before = 1e3 * path["rod_line"][n][[-1, -8]]
+            place = tip + 0.9 * (tip - before)
+            axes.text(
+                *place, f"{1e-3 * path['pressure'][n, 0]:.0f} kPa", ha="center", va="center", fontsize=8
+            )
+    else:
+        angle = np.rad2deg(np.median(path["rod_angle"]))
+        axes.set_title(f"once around at {angle:.0f}°", fontsize=10)
+        axes.legend(handles=[lines[0], *lines[2:]], loc="upper left", fontsize=8, frameon=False)
+    x, y, z = 1e3 * path["skin"].max(axis=(0, 1, 2))[0], 0.0, 0.0
+    axes.plot([x + 4.0, x + 4.0], [y, y], [z, z + BAR_MM], color="black", lw=2.0)
+    axes.text(x + 6.0, y, z + 0.5 * BAR_MM, f"{BAR_MM:g} mm", fontsize=8, ha="left", va="center")
+
+
 def draw_picture(paths: Mapping[str, Frames], file: Path) -> None:
     """Every third frame of chamber 1, and the circle with its tips."""
     figure = plt.figure(figsize=(5.2 * len(paths), 4.6), layout="constrained")
     for number, (name, path) in enumerate(paths.items(), start=1):
         axes = figure.add_subplot(1, len(paths), number, projection="3d", computed_zorder=False)
-        for n in range(
-            (len(path["pressure"]) - 1) % 3, len(path["pressure"]), 3 if name == "chamber1" else 8
-        ):
+        steps = len(path["pressure"])
+        shown = [*range((steps - 1) % 3, steps, 3 if name == "chamber1" else 8)]
+        for n in shown:
             draw_body(axes, path, n, alpha=0.3)
         if name == "circle":
             axes.plot(*(1e3 * path["rod_tip"].T), color="#1f4e79", lw=1.5, zorder=2)
             axes.plot(*(1e3 * path["tip"].T), "o", color="#c77b30", ms=3.5, zorder=2)
         set_box(axes, path, VIEWS[name])
+        draw_notes(axes, name, path, shown)
     file.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(file, dpi=130)
     plt.close(figure)

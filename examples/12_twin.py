@@ -21,7 +21,8 @@ from matplotlib.figure import Figure
 import rodmodel
 from calibration.adjusted_law import NAMES
 from calibration.measured import ANGLE, PLANE, POSITIONS, PRESSURES, Measured, read_measured
-from calibration.measured_fit import MeasuredFit, Noise, fit_measured
+from calibration.measured_fit import MeasuredFit, fit_measured
+from calibration.measured_residuals import Noise
 
 POINTS = Path(__file__).parent / "data" / "twin_points.json"
 NOISE = 0.03  # of a bending angle, of a way of the tip; and of a bending plane [rad]

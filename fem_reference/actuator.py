@@ -19,6 +19,7 @@ from fem_reference.linear_solver import SymmetricSolver, default_solver
 from fem_reference.material import Ogden
 from fem_reference.newton import solve_equilibrium
 from fem_reference.path import PathError, PathMemory
+from fem_reference.plausible import MOMENT_SHARE, refuse_implausible, refuse_load_beyond
 from fem_reference.problem import Equilibrium, NewtonError
 from fem_reference.section import MeshLevel, mesh_level
 from fem_reference.volume_path import VolumePathFollower
@@ -157,6 +158,7 @@ class Actuator:
     ) -> None:
         if not (np.isfinite(density) and density > 0.0):
             raise ValueError(f"density: got {density!r}, expected a positive finite number [kg/m³]")
+        refuse_implausible("density", density)
         if bonded not in BONDS:
             raise ValueError(f"bonded: got {bonded!r}, expected one of {', '.join(BONDS)}")
         self.model = ActuatorModel(
@@ -202,7 +204,7 @@ class Actuator:
         Raises
         ------
         ValueError
-            For a load that has not the plane of symmetry which the body is to keep.
+            See `refuse`.
         ActuatorError
             When a load is not reached; the states before have been yielded.
         """
@@ -224,7 +226,15 @@ class Actuator:
             ) from error
 
     def refuse(self, load: ActuatorLoad) -> None:
-        """Raise a ValueError for a load without the plane of symmetry that the body is to keep."""
+        """Raise a ValueError for a load without the plane of symmetry that the body is to keep.
+
+        And for a force or a moment that no such body carries, as of another unit.
+        """
+        geometry = self.model.geometry
+        most = MOMENT_SHARE * self.model.material.shear_modulus * geometry.body_diameter**3
+        refuse_load_beyond("tip_moment", load.tip_moment, most, "N m", geometry.body_diameter, "N mm")
+        force = most / geometry.body_length
+        refuse_load_beyond("tip_force", load.tip_force, force, "N", geometry.body_diameter, "millinewtons")
         if self.model.symmetric and not load.in_plane:
             raise ValueError(f"symmetric: got {load}, expected the same loads on both sides of y = 0")
 

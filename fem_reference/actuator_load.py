@@ -1,11 +1,13 @@
 """Loads of the full actuator: in SI for users, in N, mm and MPa inside."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
 from fem_reference.geometry import as_vector
+from fem_reference.plausible import refuse_implausible
 
 MAX_PRESSURE = 0.2e6
 _MM = 1e3
@@ -66,7 +68,7 @@ class ActuatorLoad:
     Raises
     ------
     ValueError
-        For anything but three finite numbers each, and for a negative pressure.
+        For anything but three finite numbers each, a negative pressure, and a gravity in another unit.
     """
 
     pressure: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -83,6 +85,7 @@ class ActuatorLoad:
             )
         for name, unit in (("tip_force", "N"), ("tip_moment", "N m"), ("gravity", "m/s²")):
             as_vector(name, getattr(self, name), unit)
+        refuse_implausible("gravity", math.hypot(*self.gravity))
 
     @property
     def in_plane(self) -> bool:

@@ -9,8 +9,39 @@ from scipy.spatial.transform import Rotation
 
 from fem_reference.actuator import ActuatorState
 from fem_reference.actuator_load import ActuatorLoad
+from fem_reference.records import FLAG, Kind, Numbers, Object, OneOf
 
 _MM, _KPA = 1e3, 1e-3
+
+_FORCE, _MOMENT = 1e6, 1e9
+#: What a record holds. The sections' turn and lean were not always told.
+RECORD_KEYS: Mapping[str, Kind] = {
+    "pressure_kpa": Numbers(0.0, 1e5, "kPa", (3,)),
+    "tip_force_n": Numbers(-_FORCE, _FORCE, "N", (3,)),
+    "tip_moment_nmm": Numbers(-_MOMENT, _MOMENT, "N mm", (3,)),
+    "gravity_m_per_s2": Numbers(-1e5, 1e5, "m/s²", (3,)),
+    "follower": FLAG,
+    "bending_angle_deg": Numbers(0.0, 1e5, "deg"),
+    "bending_plane_deg": Numbers(-360.0, 360.0, "deg"),
+    "tip_position_mm": Numbers(-1e5, 1e5, "mm", (3,)),
+    "tip_rotation": Numbers(-1.001, 1.001, "", (3, 3)),
+    "chamber_volume_mm3": Numbers(0.0, 1e12, "mm³", (3,)),
+    "base_force_n": Numbers(-_FORCE, _FORCE, "N", (3,)),
+    "base_moment_nmm": Numbers(-_MOMENT, _MOMENT, "N mm", (3,)),
+    "residual_n": Numbers(0.0, _FORCE, "N"),
+    "iterations": Numbers(0, 1e9, whole=True),
+    "stable": OneOf((False, True), null=True),
+    "jumped": FLAG,
+    "axis": Object(
+        {
+            "arc_length_mm": Numbers(0.0, 1e5, "mm", (None,)),
+            "position_mm": Numbers(-1e5, 1e5, "mm", (None, 3)),
+            "curvature_per_m": Numbers(-1e6, 1e6, "1/m", (None, 3)),
+            "turn_rad": Numbers(-7.0, 7.0, "rad", (None, 3), optional=True),
+            "shear_mrad": Numbers(-1e4, 1e4, "mrad", (None, 2), optional=True),
+        }
+    ),
+}
 
 
 def state_record(state: ActuatorState) -> dict[str, Any]:

@@ -1,12 +1,11 @@
 """A path of loads on disk: every load step is kept as soon as it is found, and a killed run goes on from it.
 
 The directory holds ``run.json`` (what was asked for), ``step_0001.json`` … (records) and the checkpoint of
-the last step, ``state.npz``. Files are written under another name and then renamed, so that none is ever half
-there.
+the last step, ``state.npz``. Each is written so that its name stands for a whole file at any time.
 """
 
 import json
-import os
+import zipfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -16,8 +15,10 @@ import numpy as np
 from fem_reference.actuator import Actuator, ActuatorState, Settled
 from fem_reference.actuator_load import ActuatorLoad
 from fem_reference.actuator_model import Deformation
-from fem_reference.actuator_record import state_record
+from fem_reference.actuator_record import RECORD_KEYS, state_record
+from fem_reference.atomic import atomic_part, drop_parts, write_atomically
 from fem_reference.path import PathMemory
+from fem_reference.records import RecordError, read_record
 from fem_reference.volume_led import Filled
 
 _FIELDS = tuple(Deformation.__dataclass_fields__)
@@ -46,10 +47,12 @@ class ActuatorRun:
         file = self.directory / "run.json"
         try:
             self.directory.mkdir(parents=True, exist_ok=True)
+            # Of this run's own killed processes: a directory belongs to one run.
+            drop_parts(self.directory)
             if not file.exists():
-                _write(file, json.dumps(description, indent=1).encode())
-            held = json.loads(file.read_text())
-        except (OSError, json.JSONDecodeError) as error:
+                write_atomically(file, json.dumps(description, indent=1))
+            held = read_record(file, {})
+        except (OSError, RecordError) as error:
             raise RunError(
                 f"run: got {str(directory)!r}, expected a directory for this run: {error}"
             ) from error
@@ -65,10 +68,19 @@ class ActuatorRun:
         return self.directory / f"step_{step:04d}.json"
 
     def records(self) -> list[dict[str, Any]]:
-        """Records of the steps that are finished."""
+        """Records of the steps that are finished.
+
+        Raises
+        ------
+        RunError
+            Where one of them is damaged.
+        """
         found: list[dict[str, Any]] = []
         while (file := self._file(len(found) + 1)).exists():
-            found.append(json.loads(file.read_text()))
+            try:
+                found.append(read_record(file, RECORD_KEYS))
+            except RecordError as error:
+                raise RunError(f"run: {error}; delete it and state.npz to begin anew") from error
         return found
 
     def states(self, actuator: Actuator, loads: Sequence[ActuatorLoad]) -> Iterator[ActuatorState]:
@@ -80,8 +92,10 @@ class ActuatorRun:
         ------
         ActuatorError
             When a load is not reached; what was found before is kept.
+        RunError
+            Where the directory holds a damaged file, or a state cannot be written to it.
         """
-        start, done = self._checkpoint(actuator, loads)
+        start, done = self.checkpoint(actuator, loads)
         if done == len(loads) and start is not None:
             yield start
             return
@@ -110,21 +124,61 @@ class ActuatorRun:
         deformations += [b.deformation if isinstance(b, Filled) else b for b in earlier]
         for k, deformation in enumerate(deformations):
             arrays |= {f"{name}_{k}": getattr(deformation, name) for name in _FIELDS}
-        # The record first: a step counts as done once its checkpoint names it.
-        _write(self._file(step), json.dumps(state_record(state)).encode())
-        temporary = self.directory / "state.npz.part"
-        with temporary.open("wb") as stream:
-            np.savez(stream, **arrays)
-        temporary.replace(self.directory / "state.npz")
+        try:
+            # The record first: a step counts as done once its checkpoint names it.
+            write_atomically(self._file(step), json.dumps(state_record(state)))
+            with atomic_part(self.directory / "state.npz") as part, part.open("wb") as stream:
+                np.savez(stream, **arrays)
+        except OSError as error:
+            raise RunError(
+                f"run: got {error.strerror} in {str(self.directory)!r}, expected room for load step {step}; "
+                "the steps before it are kept"
+            ) from error
 
-    def _checkpoint(
+    def checkpoint(
         self, actuator: Actuator, loads: Sequence[ActuatorLoad]
     ) -> tuple[ActuatorState | None, int]:
-        """The last state that was kept, and how many steps it closes."""
+        """The last state that was kept, and how many steps it closes.
+
+        Raises
+        ------
+        RunError
+            Where a file is damaged, or is no state of this actuator.
+        """
         file = self.directory / "state.npz"
         if not file.exists():
             return None, 0
-        with np.load(file) as held:
+        try:
+            state, step = self._read(file, actuator, loads)
+        except (
+            OSError,
+            AttributeError,
+            EOFError,
+            KeyError,
+            TypeError,
+            ValueError,
+            zipfile.BadZipFile,
+        ) as error:
+            told = " ".join(str(error).split())
+            raise RunError(
+                f"run: {file}: got {told or type(error).__name__}, expected a state of this run; "
+                "delete it to begin anew"
+            ) from error
+        if len(self.records()) < step:
+            raise RunError(
+                f"run: got {str(self.directory)!r} without the record of a step before {step}, expected all "
+                "that state.npz closes; delete it to begin anew"
+            )
+        return state, step
+
+    @staticmethod
+    def _read(file: Path, actuator: Actuator, loads: Sequence[ActuatorLoad]) -> tuple[ActuatorState, int]:
+        # numpy leaves its own stream open where the archive is damaged.
+        with file.open("rb") as stream, np.load(stream) as held:
+            step = int(held["step"])
+            if not 1 <= step <= len(loads):
+                raise ValueError(f"step {step} of {len(loads)}")
+            _refuse_faults(held, actuator)
             deformations = [
                 Deformation(*(held[f"{name}_{k}"] for name in _FIELDS)) for k in range(len(held["back"]) + 1)
             ]
@@ -144,14 +198,26 @@ class ActuatorRun:
                     float(held["path_step"]), earlier, held["heading"], float(held["longest_step"])
                 ),
             )
-            step = int(held["step"])
         return actuator.state(loads[step - 1], deformations[0], settled), step
 
 
-def _write(file: Path, content: bytes) -> None:
-    temporary = file.with_name(file.name + ".part")
-    with temporary.open("wb") as stream:
-        stream.write(content)
-        stream.flush()
-        os.fsync(stream.fileno())
-    temporary.replace(file)
+# Numbers that may be without a value: limits, longest steps, pressures of states that have none.
+_OPEN = ("limit", "longest_step", "pressures")
+_VECTORS = {"base": 6, "limit": 3}
+
+
+def _refuse_faults(held: Any, actuator: Actuator) -> None:
+    """Raise a ValueError where arrays of a checkpoint are not those of a state of this actuator."""
+    rest = actuator.equations.rest()
+    for name in held.files:
+        array = held[name]
+        if array.dtype.kind not in "fi" or (name not in _OPEN and not np.isfinite(array).all()):
+            raise ValueError(f"{name} that is not finite")
+    for name, length in _VECTORS.items():
+        if held[name].shape != (length,):
+            raise ValueError(f"{name} of shape {held[name].shape}")
+    for k in range(len(held["back"]) + 1):
+        for name in _FIELDS:
+            shape, own = held[f"{name}_{k}"].shape, getattr(rest, name).shape
+            if shape != own:
+                raise ValueError(f"{name} of shape {shape} for {own}")

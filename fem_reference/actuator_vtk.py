@@ -1,12 +1,13 @@
 """Write states of the actuator for ParaView: deformed hexahedra, the winding and the rod's axis as lines."""
 
-from collections.abc import Iterable
 from pathlib import Path
 
 import meshio
 import numpy as np
 
 from fem_reference.actuator import Actuator, ActuatorState
+from fem_reference.actuator_load import ActuatorLoad
+from fem_reference.atomic import atomic_part, write_atomically
 from fem_reference.vtk import VTK_HEXAHEDRON
 
 _KPA_PER_MPA = 1e3
@@ -49,7 +50,7 @@ def write_actuator_vtk(actuator: Actuator, state: ActuatorState, file: str | Pat
     pressure = np.repeat(-_KPA_PER_MPA * mean, equations.mesh.order**3)
     counts = (len(hexes), len(winding), len(axis))
     zeros = [np.zeros(count) for count in counts]
-    meshio.Mesh(
+    grid = meshio.Mesh(
         moved,
         [("hexahedron", hexes), ("line", winding), ("line", axis)],
         point_data={"displacement_mm": moved - rest},
@@ -62,31 +63,50 @@ def write_actuator_vtk(actuator: Actuator, state: ActuatorState, file: str | Pat
                 equations.axis.tension(state.deformation.positions[nodes:]),
             ],
         },
-    ).write(file)
+    )
+    with atomic_part(file) as part:
+        grid.write(part, file_format=file.suffix[1:])
 
 
-def write_actuator_series(actuator: Actuator, states: Iterable[ActuatorState], file: str | Path) -> None:
-    """Write states as ``NAME_0001.vtu`` … and the collection ``NAME.pvd``, which ParaView plays.
+class ActuatorSeries:
+    """A collection ``NAME.pvd`` of states ``NAME_0001.vtu`` …, which ParaView plays.
+
+    It is whole after each state, so that a run that was stopped goes on with it.
 
     Parameters
     ----------
-    actuator, states : the actuator and its states, one after another.
-    file : the collection's; its time is the largest pressure in kPa.
+    file : of the collection.
 
     Raises
     ------
     ValueError
         For another suffix than ``.pvd``.
     """
-    file = Path(file)
-    if file.suffix != ".pvd":
-        raise ValueError(f"file: got {file.name!r}, expected a name that ends in .pvd")
-    entries = []
-    for number, state in enumerate(states, start=1):
-        part = file.with_name(f"{file.stem}_{number:04d}.vtu")
-        write_actuator_vtk(actuator, state, part)
-        entries.append(f'<DataSet timestep="{max(state.load.pressure) / 1e3:g}" file="{part.name}"/>')
-    body = "\n".join(entries)
-    file.write_text(
-        f'<VTKFile type="Collection" version="0.1"><Collection>\n{body}\n</Collection></VTKFile>\n'
-    )
+
+    def __init__(self, file: str | Path) -> None:
+        self._file = Path(file)
+        if self._file.suffix != ".pvd":
+            raise ValueError(f"file: got {self._file.name!r}, expected a name that ends in .pvd")
+        self._pressures: dict[int, float] = {}
+
+    def part(self, number: int) -> Path:
+        """File of the state of that number."""
+        return self._file.with_name(f"{self._file.stem}_{number:04d}.vtu")
+
+    def keep(self, number: int, load: ActuatorLoad) -> None:
+        """Take in a state that an earlier process has written, if it is there."""
+        if self.part(number).exists():
+            self._pressures[number] = max(load.pressure)
+
+    def add(self, number: int, actuator: Actuator, state: ActuatorState) -> None:
+        """Write a state and the collection; its time is the largest pressure in kPa."""
+        write_actuator_vtk(actuator, state, self.part(number))
+        self._pressures[number] = max(state.load.pressure)
+        body = "\n".join(
+            f'<DataSet timestep="{pressure / 1e3:g}" file="{self.part(k).name}"/>'
+            for k, pressure in sorted(self._pressures.items())
+        )
+        write_atomically(
+            self._file,
+            f'<VTKFile type="Collection" version="0.1"><Collection>\n{body}\n</Collection></VTKFile>\n',
+        )

@@ -18,6 +18,12 @@ from fem_reference.linear_solver import SymmetricSolver, default_solver
 from fem_reference.material import Ogden
 from fem_reference.newton import solve_equilibrium
 from fem_reference.path import PathError, PathFollower
+from fem_reference.plausible import (
+    CURVATURE_SHARE,
+    MOMENT_SHARE,
+    refuse_implausible,
+    refuse_load_beyond,
+)
 from fem_reference.problem import Equilibrium, NewtonError
 from fem_reference.section import MeshLevel, mesh_level
 from fem_reference.winding import DoubleHelix, Thread, Winding
@@ -160,6 +166,7 @@ class PeriodCell:
             raise ValueError(
                 f"end_compliance: got {end_compliance!r}, expected a finite number [m/N], not negative"
             )
+        refuse_implausible("end_compliance", end_compliance)
         self.geometry = geometry or ActuatorGeometry()
         self.winding = winding or DoubleHelix()
         self.level = level if isinstance(level, MeshLevel) else mesh_level(level)
@@ -189,11 +196,23 @@ class PeriodCell:
         """Number of unknowns of the linear system."""
         return self.equations.size
 
+    def refuse(self, load: Load) -> None:
+        """Raise a ValueError for a moment or a curvature that no such section takes, as of another unit."""
+        diameter = self.geometry.body_diameter
+        if load.moment is not None:
+            most = MOMENT_SHARE * self.material.shear_modulus * diameter**3
+            refuse_load_beyond("moment", load.moment, most, "N m", diameter, "N mm")
+        if load.curvature is not None:
+            most = CURVATURE_SHARE / diameter
+            refuse_load_beyond("curvature", load.curvature, most, "1/m", diameter, "degrees per metre")
+
     def solve(self, load: Load, start: CellState | None = None) -> CellState:
         """Equilibrium under ``load``, reached by continuation from rest or from ``start``.
 
         Raises
         ------
+        ValueError
+            See `refuse`.
         CellError
             When the load is not reached; it carries the last good state.
         """
@@ -257,6 +276,8 @@ def follow(
 
     Raises
     ------
+    ValueError
+        See `PeriodCell.refuse`.
     CellError
         When a load is not reached; the states before have been yielded.
     """
@@ -269,6 +290,7 @@ def follow(
             here = solve_equilibrium(problem, solver, target, start.configuration)
         follower = PathFollower(problem, solver, here, target, step, creeps=jumps)
         for load in loads:
+            cell.refuse(load)
             before = follower.iterations
             goal = load._target()
             follower.target = _restated(follower.target, follower.equilibrium, goal, cell.equations.period)

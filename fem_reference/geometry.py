@@ -5,6 +5,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from fem_reference.plausible import refuse_implausible
+
 
 @dataclass(frozen=True)
 class ActuatorGeometry:
@@ -27,8 +29,8 @@ class ActuatorGeometry:
     Raises
     ------
     ValueError
-        For a length that is not positive and finite, a variation that is not three numbers above -1, and for
-        walls that leave no chamber.
+        For a length that is not positive and finite or in another unit (`plausible`), a variation that is not
+        three numbers above -1, and for walls that leave no chamber.
 
     References
     ----------
@@ -52,6 +54,7 @@ class ActuatorGeometry:
                 continue
             if not (isinstance(value, int | float) and math.isfinite(value) and value > 0.0):
                 raise ValueError(f"{field.name}: got {value!r}, expected a positive finite length in metres")
+            refuse_implausible(field.name, value)
         variation = np.asarray(self.outer_wall_variation, dtype=float)
         if variation.shape != (3,) or not np.all(np.isfinite(variation) & (variation > -1.0)):
             raise ValueError(

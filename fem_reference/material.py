@@ -5,6 +5,7 @@ equal stretches too: the ratios of differences are written with sinh(x)/x. Stres
 moduli (MPa inside the FEM). In double precision only: `jax.enable_x64`.
 """
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -13,6 +14,7 @@ import jax.numpy as jnp
 from jax import Array
 from jaxtyping import Float
 
+from fem_reference.plausible import BULK_TO_SHEAR, refuse_implausible
 from fem_reference.symmetric_eigen import symmetric_eigen
 
 _PAIRS = ((0, 1), (1, 2), (2, 0))
@@ -23,6 +25,8 @@ BLOCKS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 _SERIES_BELOW = 0.01
 # Later stages read what earlier ones have stored; else XLA would work it out anew for every use.
 stored = jax.lax.optimization_barrier
+# Of the paper's silicone [Pa].
+_PAPER_MODULI, _PAPER_BULK_MODULUS = (0.00681e6, -0.2881e6, 0.38165e6), 100e6
 
 
 @dataclass(frozen=True)
@@ -36,16 +40,17 @@ class Ogden:
     ----------
     shear_moduli : μ_i [Pa].
     exponents : α_i.
-    bulk_modulus : κ [Pa]. The default is 1000 times the initial shear modulus of the paper's silicone.
+    bulk_modulus : κ [Pa]. By default 996 times the initial shear modulus: 100 MPa for the paper's silicone.
 
     References
     ----------
     Ogden (1972), Proc. R. Soc. A 326; the paper's Table II for the values.
     """
 
-    shear_moduli: tuple[float, ...] = (0.00681e6, -0.2881e6, 0.38165e6)
+    shear_moduli: tuple[float, ...] = _PAPER_MODULI
     exponents: tuple[float, ...] = (9.33, 3.376, 2.487)
-    bulk_modulus: float = 100e6
+    # None only until the moduli are known.
+    bulk_modulus: float = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         if len(self.shear_moduli) != len(self.exponents) or not self.exponents:
@@ -59,8 +64,22 @@ class Ogden:
             raise ValueError(
                 f"shear_moduli: got a sum of {sum(self.shear_moduli)} Pa, expected it to be positive"
             )
-        if not self.bulk_modulus > 0.0:
-            raise ValueError(f"bulk_modulus: got {self.bulk_modulus!r}, expected a positive number [Pa]")
+        refuse_implausible("shear_moduli", self.shear_modulus)
+        if self.bulk_modulus is None:
+            # Exactly 100 MPa for the paper's moduli.
+            share = self.shear_modulus / sum(_PAPER_MODULI)
+            object.__setattr__(self, "bulk_modulus", _PAPER_BULK_MODULUS * share)
+        if not (math.isfinite(self.bulk_modulus) and self.bulk_modulus > 0.0):
+            raise ValueError(
+                f"bulk_modulus: got {self.bulk_modulus!r}, expected a positive finite number [Pa]"
+            )
+        refuse_implausible("bulk_modulus", self.bulk_modulus)
+        least, most = (ratio * self.shear_modulus for ratio in BULK_TO_SHEAR)
+        if not least <= self.bulk_modulus <= most:
+            raise ValueError(
+                f"bulk_modulus: got {self.bulk_modulus:g} Pa, expected {least:g} to {most:g} Pa with shear "
+                f"moduli of {self.shear_modulus:g} Pa in sum; is it in another unit, or of another material?"
+            )
 
     @property
     def shear_modulus(self) -> float:

@@ -15,6 +15,7 @@ from jaxtyping import Float, Int
 from scipy.spatial import cKDTree
 
 from fem_reference.geometry import ActuatorGeometry
+from fem_reference.plausible import refuse_implausible
 
 MILLIMETRE = 1e3
 CAVITY, OUTER = "cavity", "outer"
@@ -45,6 +46,9 @@ class MeshLevel:
     outer_wall_outside: int
     axial_size: float
     order: int = 1
+
+    def __post_init__(self) -> None:
+        refuse_implausible("axial_size", self.axial_size)
 
     @property
     def around(self) -> int:

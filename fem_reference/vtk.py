@@ -5,6 +5,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 
+from fem_reference.atomic import atomic_part
 from fem_reference.cell import CellState, PeriodCell
 
 _KPA_PER_MPA = 1e3
@@ -58,7 +59,7 @@ def write_vtk(cell: PeriodCell, state: CellState, file: str | Path, periods: int
     pressure = np.repeat(-_KPA_PER_MPA * state.configuration.element_pressure[:, 0], equations.mesh.order**3)
     pressure = np.tile(pressure, periods)
     tension = np.tile(equations.thread.tension(nodes), periods)
-    meshio.Mesh(
+    grid = meshio.Mesh(
         points,
         [("hexahedron", np.concatenate(hex_cells)), ("line", np.concatenate(line_cells))],
         point_data={"displacement_mm": points - np.concatenate(at_rest)},
@@ -67,4 +68,6 @@ def write_vtk(cell: PeriodCell, state: CellState, file: str | Path, periods: int
             "pressure_kpa": [pressure, np.zeros(winding)],
             "tension_n": [np.zeros(body), tension],
         },
-    ).write(file)
+    )
+    with atomic_part(file) as part:
+        grid.write(part, file_format=file.suffix[1:])

@@ -11,6 +11,8 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Float
 
+from fem_reference.plausible import refuse_implausible
+
 #: How a thread may be coupled to the body.
 COUPLINGS = ("axis", "circumference")
 # Round-off of heights, as a share of the length.
@@ -47,6 +49,7 @@ class Thread:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise ValueError(f"{name}: got {value!r}, expected a positive finite number")
+            refuse_implausible(name, value)
         if not 0.0 < self.slack_share <= 1.0:
             raise ValueError(
                 f"slack_share: got {self.slack_share!r}, expected a number above 0 and at most 1"
@@ -119,6 +122,7 @@ class _CrossedHelices(Winding):
     def __post_init__(self) -> None:
         if not math.isfinite(self.psi):
             raise ValueError(f"psi: got {self.psi!r}, expected a finite angle in radians")
+        refuse_implausible("psi", self.psi)
         _refuse_bad_length("pitch", self.pitch)
 
     @property
@@ -305,6 +309,7 @@ def layout(name: str, psi: float = 0.0, pitch: float = 3e-3, spacing: float | No
 def _refuse_bad_length(name: str, value: float) -> None:
     if not (math.isfinite(value) and value > 0.0):
         raise ValueError(f"{name}: got {value!r}, expected a positive finite length in metres")
+    refuse_implausible(name, value)
 
 
 def _refuse_close(name: str, value: float, smallest: float, thread: Thread) -> None:

@@ -10,6 +10,24 @@ from dataclasses import dataclass
 from typing import Any, final
 
 _SLACK = 1.0 + 1e-6
+# Densest body [kg/m³]: heavier than any metal.
+_DENSEST = 3e4
+_MILLIMETRES = "; is it in millimetres?"
+# What a number in SI may be: least, most, unit, and what one beyond is likely to be. Wide enough for models
+# of unit length, and no statement of what is sensible. Calibration files have ranges of their own.
+PLAUSIBLE = {
+    "body_length": (1e-4, 10.0, "m", _MILLIMETRES),
+    "cap_length": (0.0, 2.0, "m", _MILLIMETRES),
+    "body_diameter": (1e-6, 2.0, "m", _MILLIMETRES),
+    "stiff_tip": (0.0, 2.0, "m", _MILLIMETRES),
+    "held_length": (0.0, 2.0, "m", _MILLIMETRES),
+    "base_lag": (-2.0, 2.0, "m", _MILLIMETRES),
+    "tip_offset": (-1.0, 1.0, "m", _MILLIMETRES),
+    "mass_per_length": (0.0, 1e4, "kg/m", "; is it in grams?"),
+    "cap_mass": (0.0, 1e4, "kg", "; is it in grams?"),
+    "base_turn": (-0.01, 0.01, "rad/Pa", "; is it per kilopascal?"),
+    "pitch": (1e-6, 1.0, "m", _MILLIMETRES),
+}
 _SAME = 1e-9  # but for the rounding of a change of units [rad]
 
 #: Of one rod; a 0-d array where rods are stacked or differentiated by it.
@@ -21,11 +39,20 @@ Three = Sequence[Number] | Any
 @final
 @dataclass(frozen=True)
 class Layout:
-    """Winding layout: its name, orientation ψ [rad], None for a law of all, and pitch [m]."""
+    """Winding layout: its name, orientation ψ [rad], None for a law of all, and pitch [m].
+
+    Raises
+    ------
+    ValueError
+        For a pitch in another unit.
+    """
 
     name: str
     psi: float | None
     pitch: float
+
+    def __post_init__(self) -> None:
+        _refuse_implausible("pitch", self.pitch)
 
     @property
     def symmetry(self) -> float:
@@ -68,6 +95,11 @@ class Actuator:
     held_length : length of both ends together over which the chambers keep their volume [m].
     shear_compliance : by how much sections lean against the axis for each newton across them [1/N]; zero for
         a rod that does not shear.
+
+    Raises
+    ------
+    ValueError
+        For a number that is not finite, or in another unit: see `PLAUSIBLE`.
     """
 
     body_length: Number
@@ -83,6 +115,24 @@ class Actuator:
     tip_offset_curvature: Number = 1.0
     held_length: Number = 0.0
     shear_compliance: Number = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse what is in another unit."""
+        for name in PLAUSIBLE.keys() - {"pitch"}:
+            _refuse_implausible(name, getattr(self, name))
+        lengths = (self.body_length, self.cap_length, self.body_diameter)
+        if not all(map(_is_number, (*lengths, self.mass_per_length, self.cap_mass))):
+            return
+        area = 0.25 * math.pi * self.body_diameter**2
+        # A cap of no length may stand for a mass at the end of the body, such as a gripper's.
+        held = {"mass_per_length": area, "cap_mass": area * (self.cap_length + self.body_length)}
+        for name, volume in held.items():
+            most, value, unit = _DENSEST * volume, getattr(self, name), PLAUSIBLE[name][2]
+            if value > most:
+                raise ValueError(
+                    f"{name}: got {value:g} {unit}, expected at most {most:.3g} {unit} for a body of "
+                    f"{1e3 * self.body_diameter:g} mm diameter; is it in grams?"
+                )
 
     @property
     def bending_length(self) -> Number:
@@ -130,3 +180,15 @@ class Domain:
         """Whether a moment [N m], body frame, is inside."""
         x, y, z = (m / axis for m, axis in zip(moment, self.moment_axes, strict=True))
         return x * x + y * y + z * z <= _SLACK**2
+
+
+def _is_number(value: Number) -> bool:
+    """Whether it is a plain number; arrays of stacked rods are taken as they are."""
+    return isinstance(value, float | int)
+
+
+def _refuse_implausible(name: str, value: Number) -> None:
+    least, most, unit, hint = PLAUSIBLE[name]
+    if _is_number(value) and not least <= value <= most:
+        remedy = hint if value > most else ""
+        raise ValueError(f"{name}: got {value:g} {unit}, expected {least:g} to {most:g} {unit}{remedy}")

@@ -13,6 +13,7 @@ from calibration.cli import _ends, _fit_measured, _judge, _report, _truth
 from calibration.cli._arguments import (
     BAD_INPUT,
     GOOD,
+    INTERRUPTED,
     NOT_CONVERGED,
     BadInputError,
     Parser,
@@ -42,6 +43,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         status: int = options.command(options, command)
     except BadInputError as error:
         return complain(f"{parser.prog}: {' '.join(str(error).split())}", BAD_INPUT)
+    except KeyboardInterrupt:
+        return complain(f"{parser.prog}: interrupted; states in a run's directory are kept", INTERRUPTED)
     return status
 
 
@@ -49,9 +52,11 @@ def _run(options: argparse.Namespace, command: str) -> int:
     from dataclasses import asdict
 
     from calibration.dataset import DatasetError, build_dataset, save_dataset
+    from calibration.path_file import PathFileError
     from calibration.restore import restore_run
     from calibration.run import END_COMPLIANCE, RunError, RunPlan, open_run
-    from calibration.sweep import SweepError, run_sweep
+    from calibration.sweep import run_sweep
+    from calibration.sweep_errors import SweepError
     from calibration.tracing import CellTracer
     from fem_reference import ActuatorGeometry, Ogden, Thread, layout
     from rodmodel import Domain
@@ -96,9 +101,11 @@ def _run(options: argparse.Namespace, command: str) -> int:
         save_dataset(dataset, directory / "dataset.nc")
     except RunError as error:
         raise BadInputError(str(error)) from error
+    except PathFileError as error:
+        raise BadInputError(f"--out: {error}") from error
     except OSError as error:
         raise BadInputError(
-            f"--out: got {directory} ({error.strerror}), expected a writable directory"
+            f"--out: got {directory} ({error.strerror or error}), expected a writable directory"
         ) from error
     except (SweepError, DatasetError) as error:
         return complain(f"rodmodel-calibrate run: {error}", NOT_CONVERGED)
@@ -127,6 +134,7 @@ def _fit(options: argparse.Namespace, command: str) -> int:
     from calibration.assembly import calibration_of
     from calibration.dataset import attributes
     from calibration.joined import UnlikeError, refuse_unlike
+    from calibration.near_check import cautions, refuse_another_actuator
     from calibration.pipeline import Judged, begin_near, fit_and_judge
     from calibration.provenance import code_version, sha256, today
     from calibration.report import error_table
@@ -144,10 +152,17 @@ def _fit(options: argparse.Namespace, command: str) -> int:
         raise BadInputError("--near: got it with --ridges or --features, expected the size to be that law's")
     near = []
     for file in options.near:
+        begun = read_calibration_file(file)
         try:
-            near.append(begin_near(read_calibration_file(file).section_law, run))
+            if not options.near_another:
+                refuse_another_actuator(begun, run)
+            near.append(begin_near(begun.section_law, run))
+        except UnlikeError as error:
+            raise BadInputError(f"--near {file}: got {error}; --near-another insists") from error
         except ValueError as error:
             raise BadInputError(f"--near {file}: got {error}") from error
+        for caution in cautions(begun, run, domain):
+            print(f"rodmodel-calibrate fit: --near {file}: {caution}", file=sys.stderr)
     outcome: Judged = fit_and_judge(
         dataset,
         domain,
@@ -239,7 +254,7 @@ def _parser() -> argparse.ArgumentParser:
         "--scheduler",
         default=None,
         metavar="ADDRESS",
-        help="of a dask cluster to run on, in place of processes",
+        help="of a dask cluster to run on, in place of processes; it is trusted with what it sends back",
     )
     run.add_argument("--paths", type=count, default=100, help="loading paths, every fifth of them held out")
     run.add_argument("--seed", type=int, default=0, help="of the design")
@@ -272,6 +287,9 @@ def _parser() -> argparse.ArgumentParser:
         metavar="FILE",
         help="calibration of another winding, to begin with its law and stay near it: needs fewer paths; "
         "near each of several a law is fitted, and one of the first's size learns their mean",
+    )
+    fit.add_argument(
+        "--near-another", action="store_true", help="begin with --near's law though its actuator is another"
     )
     fit.add_argument(
         "--ridges", type=count, default=None, help=f"ridge functions of the law (default: {_RIDGES})"

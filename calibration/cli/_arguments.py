@@ -1,13 +1,16 @@
 """What the commands share: exit statuses, refusals, and numbers that are checked as they are parsed."""
 
 import argparse
+import json
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 GOOD, BAD_INPUT, NOT_CONVERGED = 0, 2, 3
+#: Of a program that Ctrl-C has ended, as shells tell it.
+INTERRUPTED = 130
 
 
 class BadInputError(ValueError):
@@ -39,6 +42,19 @@ def complain(message: str, status: int) -> int:
     """Say it on stderr; the status comes back."""
     print(message, file=sys.stderr)
     return status
+
+
+def json_text(answer: Any) -> str:
+    """One object in JSON, which has no infinities: they are null, as numbers that are none."""
+
+    def finite(value: Any) -> Any:
+        if isinstance(value, Mapping):
+            return {key: finite(inner) for key, inner in value.items()}
+        if isinstance(value, list | tuple):
+            return [finite(inner) for inner in value]
+        return None if isinstance(value, float) and not math.isfinite(value) else value
+
+    return json.dumps(finite(answer), allow_nan=False)
 
 
 def _checked(expected: str, valid: Callable[[float], bool]) -> Callable[[str], float]:

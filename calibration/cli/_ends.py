@@ -102,7 +102,10 @@ def _write_ends(
     note: dict[str, Any],
 ) -> None:
     leaning = {} if shear is None else {"shear_compliance": shear[0]}
-    actuator = replace(calibration.actuator, **ends.values, **leaning)
+    try:
+        actuator = replace(calibration.actuator, **ends.values, **leaning)
+    except ValueError as error:
+        raise BadInputError(f"{file}: {error}; nothing is written") from error
     provenance = {**calibration.provenance, "ends": note}
     left_out = {"median": ends.angle_median, "p90": ends.angle_p90, "worst": ends.angle_worst}
     errors = {**calibration.error, "actuator_angle_rad": left_out}

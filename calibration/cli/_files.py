@@ -46,6 +46,8 @@ def write_calibration_file(calibration: "rodmodel.Calibration", file: str) -> No
     try:
         save_calibration(calibration, file)
     except OSError as error:
-        raise BadInputError(f"{file}: got {error.strerror}, expected a file that can be written") from error
+        raise BadInputError(
+            f"{file}: got {error.strerror or error}, expected a file that can be written"
+        ) from error
     except ValueError as error:
         raise BadInputError(f"{error}; nothing is written") from error

@@ -3,22 +3,24 @@
 import argparse
 import json
 import math
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from calibration.cli._arguments import (
     GOOD,
     NOT_CONVERGED,
     BadInputError,
     Parser,
-    complain,
     number,
     positive,
     refuse_unwritable,
 )
+from calibration.cli._files import write_calibration_file
 
 if TYPE_CHECKING:
-    from rodmodel import Rod
+    from calibration.measured import Measured
+    from rodmodel.io import Found
 
 
 def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
@@ -39,65 +41,115 @@ def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
         action="store_true",
         help="take only the ratio of the two, and their size from the residuals",
     )
-    add("--out", default=None, metavar="FILE", help="JSON file of the parameters to write")
+    add("--lenient", action="store_true", help="pass over unknown columns, rows with an empty cell, no names")
+    add("--force", action="store_true", help="fit and write what is in doubt too")
+    add("--out", default=None, metavar="FILE", help="calibration file of the adjusted map to write")
     add("--plot", default=None, metavar="FILE", help="residual plot to write: PNG, PDF or SVG")
     parser.set_defaults(command=_run)
     return parser
 
 
 def _run(options: argparse.Namespace, command: str) -> int:
-    from calibration.adjusted_law import OuterWall
-    from calibration.measured import MeasuredError, read_measured
-    from calibration.measured_file import Adjustment, save_adjustment
-    from calibration.measured_fit import MeasuredFitError, Noise, fit_measured
+    from calibration.measured_doubts import doubts_of_units
+    from calibration.measured_file import calibration_of_fit
+    from calibration.measured_fit import MeasuredFitError, fit_measured
     from calibration.measured_report import fit_record, fit_text, write_residual_plot
-    from calibration.provenance import code_version, sha256, today
-    from rodmodel import Layout
+    from calibration.measured_residuals import Noise
+    from rodmodel import CoreRod, load
+    from rodmodel.io import OuterWall
 
-    data = Path(options.data)
-    rod = _rod(options)
+    data, wall = Path(options.data), OuterWall()
+    found = _found(options)
+    measured = _measured(options, found)
+    for flag, file in (("--out", options.out), ("--plot", options.plot)):
+        if file is not None:
+            refuse_unwritable(flag, Path(file))
+
+    def say(what: str) -> None:
+        print(f"rodmodel-calibrate fit-measured: {data}: {what}", file=sys.stderr)
+
+    if measured.passed_over:
+        say(f"passed over: {'; '.join(measured.passed_over)}")
+    doubt = doubts_of_units(CoreRod.of(found), measured)
+    if doubt is not None:
+        say(f"{doubt}{'' if options.force else '; nothing written: --force goes on'}")
+        if not options.force:
+            return NOT_CONVERGED
+    noise = Noise(
+        math.radians(options.angle_noise_deg), 1e-3 * options.position_noise_mm, options.estimate_noise
+    )
+    layout = (options.layout, math.radians(options.psi_deg), 1e-3 * options.pitch_mm)
     try:
-        measured = read_measured(data, rod.domain)
+        fit = fit_measured(load(*layout, options.calibration), measured, noise, wall, options.force)
+    except MeasuredFitError as error:
+        say(f"{error}; nothing written")
+        return NOT_CONVERGED
+    record = fit_record(fit)
+    if options.plot is not None:
+        write_residual_plot(fit, Path(options.plot))
+    print(json.dumps(record) if options.json else fit_text(fit))
+    doubts = [doubt, *fit.doubts] if doubt is not None else list(fit.doubts)
+    for why in fit.doubts:
+        say(why)
+    if doubts and not options.force:
+        say("the adjusted map should not be used; no calibration written: --force writes it")
+        return NOT_CONVERGED
+    if options.out is not None:
+        try:
+            made = calibration_of_fit(found, fit, wall, _provenance(options, command, found, record, doubts))
+        except ValueError as error:
+            say(f"{error}; nothing written")
+            return NOT_CONVERGED
+        write_calibration_file(made, options.out)
+    return GOOD
+
+
+def _measured(options: argparse.Namespace, found: "Found") -> "Measured":
+    """The measurements, and whether what is to be written can be made of them."""
+    from calibration.measured import ANGLE, POSITIONS, read_measured
+    from calibration.measured_text import MeasuredError
+
+    try:
+        measured = read_measured(Path(options.data), found.domain, options.lenient)
     except MeasuredError as error:
         raise BadInputError(str(error)) from error
     if options.plot is not None and Path(options.plot).suffix.lower() not in (".pdf", ".png", ".svg"):
         raise BadInputError(f"--plot: got {options.plot!r}, expected a .pdf, .png or .svg file")
-    for flag, file in (("--out", options.out), ("--plot", options.plot)):
-        if file is not None:
-            refuse_unwritable(flag, Path(file))
-    noise = Noise(
-        math.radians(options.angle_noise_deg), 1e-3 * options.position_noise_mm, options.estimate_noise
-    )
-    wall = OuterWall()
-    try:
-        fit = fit_measured(rod, measured, noise, wall)
-    except MeasuredFitError as error:
-        return complain(f"rodmodel-calibrate fit-measured: {data}: {error}; nothing written", NOT_CONVERGED)
-    record = fit_record(fit, measured)
-    if options.plot is not None:
-        write_residual_plot(fit, measured, Path(options.plot))
-    if options.out is not None:
-        provenance = {
-            "command": command,
-            "code_version": code_version(),
-            "data_sha256": sha256(data),
-            "date": today(),
-            "fit": record,
-        }
-        layout = Layout(options.layout, math.radians(options.psi_deg), 1e-3 * options.pitch_mm)
-        save_adjustment(
-            Adjustment(layout, wall, fit.parameters, fit.standard_error, provenance), Path(options.out)
+    told = ANGLE in measured.outputs or set(POSITIONS) <= set(measured.outputs)
+    if options.out is not None and not told:
+        raise BadInputError(
+            f"--out: got measurements of {', '.join(measured.outputs)}, expected {ANGLE}, or all of "
+            f"{', '.join(POSITIONS)}: nothing else tells how far the adjusted map is off"
         )
-    print(json.dumps(record) if options.json else fit_text(fit, measured))
-    return GOOD
+    return measured
 
 
-def _rod(options: argparse.Namespace) -> "Rod":
-    from rodmodel import CalibrationFileError, CalibrationNotFoundError, load
+def _provenance(
+    options: argparse.Namespace, command: str, found: "Found", record: dict[str, Any], doubts: list[str]
+) -> dict[str, Any]:
+    from calibration.measured_file import file_of_map
+    from calibration.provenance import code_version, sha256, today
+
+    base = file_of_map(found, options.calibration)
+    return {
+        "command": command,
+        "code_version": code_version(),
+        "date": today(),
+        "data_sha256": sha256(Path(options.data)),
+        "base": base.name,
+        "base_sha256": sha256(base),
+        "fit": record,
+        **({"forced_against": doubts} if doubts else {}),
+    }
+
+
+def _found(options: argparse.Namespace) -> "Found":
+    from rodmodel import CalibrationFileError, CalibrationNotFoundError
+    from rodmodel.io import find
 
     try:
         psi, pitch = math.radians(options.psi_deg), 1e-3 * options.pitch_mm
-        return load(options.layout, psi, pitch, options.calibration)
+        return find(options.layout, psi, pitch, options.calibration)
     except CalibrationNotFoundError as error:
         flag, came = {
             "layout": ("--layout", options.layout),

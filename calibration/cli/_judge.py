@@ -4,7 +4,7 @@ import argparse
 import json
 from typing import Any
 
-from calibration.cli._arguments import GOOD, Parser
+from calibration.cli._arguments import GOOD, NOT_CONVERGED, Parser, complain
 from calibration.cli._files import read_truth
 
 _ROWS = {
@@ -35,7 +35,7 @@ def _judge(options: argparse.Namespace, command: str) -> int:
     found = judgement(compare_with_truth(read_truth(options.truth)), options.role)
     if options.json:
         print(json.dumps(found))
-        return GOOD
+        return _status(found, options)
     print(
         f"{found['judged']} of {found['states']} states of {options.role} runs are inside the rods' domains"
     )
@@ -48,4 +48,15 @@ def _judge(options: argparse.Namespace, command: str) -> int:
             print(f"{title:32s} {numbers}   {row['worst_at']['case']}, {where} kPa")
     if "stated_bound_share" in found:
         print(f"within the rod's own 90 % bound: {100.0 * found['stated_bound_share']:.0f} % of angles")
-    return GOOD
+    return _status(found, options)
+
+
+def _status(found: dict[str, Any], options: argparse.Namespace) -> int:
+    """Bad where nothing was judged: no rod has passed then."""
+    if found["judged"]:
+        return GOOD
+    return complain(
+        f"rodmodel-calibrate judge: {options.truth}: none of {found['states']} states of {options.role} runs "
+        "can be judged: no law of their winding covers them",
+        NOT_CONVERGED,
+    )

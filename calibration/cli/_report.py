@@ -1,13 +1,14 @@
 """`rodmodel-calibrate report`: a law on states it has not seen; or all laws that ship, and their rods."""
 
 import argparse
-import json
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from calibration.cli._arguments import GOOD, BadInputError, Parser, count
+from calibration.cli._arguments import GOOD, NOT_CONVERGED, BadInputError, Parser, complain, count, json_text
 from calibration.cli._files import read_calibration_file, read_dataset, read_truth
+
+_NOWHERE = "the law has no equilibrium at some held-out states"
 
 
 def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
@@ -46,6 +47,7 @@ def _report(options: argparse.Namespace, command: str) -> int:
     if options.file is None:
         raise BadInputError(f"file: got none with {options.dataset}, expected a calibration file")
     from calibration.dataset import attributes
+    from calibration.error import everywhere
     from calibration.pipeline import compare_candidates, judge
     from calibration.report import error_table
     from rodmodel import SectionLaw
@@ -71,16 +73,19 @@ def _report(options: argparse.Namespace, command: str) -> int:
             )
         table = compare_candidates(law, dataset, calibration.domain, length, options.iterations, options.seed)
         answer["comparison"] = table
-    print(json.dumps(answer) if options.json else error_table(found))
+    print(json_text(answer) if options.json else error_table(found))
     if options.compare and not options.json:
         print(answer["comparison"])
+    if not everywhere(found):
+        return complain(f"rodmodel-calibrate report: {options.file}: {_NOWHERE}", NOT_CONVERGED)
     return GOOD
 
 
 def _report_all(options: argparse.Namespace) -> int:
     from calibration.dataset import DatasetError
+    from calibration.error import everywhere
     from calibration.judge import compare_with_truth
-    from calibration.layouts_report import datasets_by_checksum, markdown, report_map, report_rods
+    from calibration.layouts_report import datasets_by_checksum, markdown, report_map, report_rods, title
     from calibration.truth_plot import write_truth_figure
     from rodmodel import shipped_calibrations
 
@@ -104,9 +109,12 @@ def _report_all(options: argparse.Namespace) -> int:
             {**asdict(row.calibration.layout), "recomputed": row.recomputed, "error": row.error}
             for row in maps
         ]
-        print(json.dumps({"maps": laws, "rods": rods}))
+        print(json_text({"maps": laws, "rods": rods}))
     else:
         print(markdown(maps, rods), end="")
+    wrong = [title(row.calibration.layout) for row in maps if not everywhere(row.error)]
+    if wrong:
+        return complain(f"rodmodel-calibrate report: {'; '.join(wrong)}: {_NOWHERE}", NOT_CONVERGED)
     return GOOD
 
 
@@ -115,4 +123,6 @@ def _directory(options: argparse.Namespace) -> Path | None:
 
 
 def _unwritable(directory: Path | None, error: OSError) -> BadInputError:
-    return BadInputError(f"--figures: got {directory} ({error.strerror}), expected a writable directory")
+    return BadInputError(
+        f"--figures: got {directory} ({error.strerror or error}), expected a writable directory"
+    )

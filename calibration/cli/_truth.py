@@ -50,7 +50,13 @@ def _run(options: argparse.Namespace, command: str) -> int:
                 truth = merged(load_truth(Path(options.gather)), truth)
         except TruthError as error:
             raise BadInputError(str(error)) from error
-        save_dataset(truth, Path(options.gather))
+        try:
+            save_dataset(truth, Path(options.gather))
+        except OSError as error:
+            raise BadInputError(
+                f"--gather: got {options.gather} ({error.strerror or error}), expected a path that can be "
+                "written"
+            ) from error
         told = {"file": options.gather, "states": truth.sizes["state"]}
         print(json.dumps(told) if options.json else f"{told['states']} states written to {told['file']}")
     for line in failures:

@@ -4,7 +4,7 @@ import sys
 from collections.abc import Sequence
 
 from fem_reference.cli import _actuator, _cell
-from fem_reference.cli._arguments import BAD_INPUT, InputError, Parser
+from fem_reference.cli._arguments import BAD_INPUT, INTERRUPTED, InputError, Parser
 from fem_reference.process import prepare_process
 
 __all__ = ["main"]
@@ -15,7 +15,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Returns
     -------
-    status : 0 good; 2 bad input, told in one line on standard error; 3 no convergence, with what was reached.
+    status : 0 good; 2 bad input, told in one line on standard error; 3 no convergence, with what was reached;
+        130 interrupted.
     """
     prepare_process()
     parser = Parser(prog="rodmodel-fem", description="3D finite elements of a soft pneumatic actuator.")
@@ -28,4 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except InputError as error:
         print(f"rodmodel-fem: {error}", file=sys.stderr)
         return BAD_INPUT
+    except KeyboardInterrupt:
+        print("rodmodel-fem: interrupted; steps in the directory of --run are kept", file=sys.stderr)
+        return INTERRUPTED
     return status

@@ -13,10 +13,11 @@ from fem_reference.actuator_load import ActuatorLoad
 from fem_reference.actuator_picture import draw_actuator
 from fem_reference.actuator_record import load_record, state_record
 from fem_reference.actuator_run import ActuatorRun, RunError
-from fem_reference.actuator_vtk import write_actuator_series, write_actuator_vtk
+from fem_reference.actuator_vtk import ActuatorSeries, write_actuator_vtk
 from fem_reference.cli._arguments import (
     GOOD,
     NO_CONVERGENCE,
+    PICTURES,
     InputError,
     add_actuator,
     check_writable,
@@ -25,6 +26,7 @@ from fem_reference.cli._arguments import (
     read_geometry,
     read_winding,
     with_flags,
+    writing,
 )
 from fem_reference.progress import track_actuator
 from fem_reference.winding import Thread
@@ -76,7 +78,7 @@ def _actuator(options: argparse.Namespace) -> int:
     if options.vtk is not None:
         check_writable("--vtk", Path(options.vtk), (".vtu", ".vtk", ".pvd"))
     if options.plot is not None:
-        check_writable("--plot", Path(options.plot), (".png", ".pdf", ".svg"))
+        check_writable("--plot", Path(options.plot), PICTURES)
     density = numbers("--density-kg-per-m3", options.density_kg_per_m3, 1, "kg/m³")[0]
     try:
         winding = read_winding(options)
@@ -91,38 +93,58 @@ def _actuator(options: argparse.Namespace) -> int:
             symmetric=options.symmetric,
         )
         actuator.refuse(loads[-1])
-        states = actuator.follow(loads)
+        states, start, done = actuator.follow(loads), None, 0
         if options.run is not None:
-            states = ActuatorRun(options.run, _description(actuator, loads)).states(actuator, loads)
+            run = ActuatorRun(options.run, _description(actuator, loads))
+            start, done = run.checkpoint(actuator, loads)
+            states = run.states(actuator, loads)
     except (ValueError, RunError) as error:
         raise InputError(with_flags(str(error))) from error
 
-    found: list[ActuatorState] = []
-    status = GOOD
-    series = options.vtk is not None and Path(options.vtk).suffix == ".pvd"
+    series = None
+    if options.vtk is not None and Path(options.vtk).suffix == ".pvd":
+        series = ActuatorSeries(options.vtk)
+
+    def keep(number: int, state: ActuatorState) -> None:
+        if series is not None:
+            with writing("--vtk", options.vtk):
+                series.add(number, actuator, state)
+
+    if series is not None and start is not None:
+        for number, load in enumerate(loads[:done], start=1):
+            series.keep(number, load)
+        # The run may have been killed between this state and its picture.
+        keep(done, start)
+    last, status = None, GOOD
+    # Where all steps are done, the last one comes again.
+    number = min(done + 1, len(loads))
     try:
-        for state in track_actuator(states, len(loads)):
-            # A series alone needs more than the last state.
-            found = [*found, state] if series else [state]
+        for last in track_actuator(states, len(loads)):
+            keep(number, last)
+            number += 1
+    except RunError as error:
+        raise InputError(with_flags(str(error))) from error
     except ActuatorError as error:
         status = NO_CONVERGENCE
         print(f"rodmodel-fem: {error}; the last converged state is given", file=sys.stderr)
-        found += [] if error.last_good is None else [error.last_good]
-    if not found:
+        last = error.last_good or last
+        if error.last_good is not None:
+            keep(number, error.last_good)
+    if last is None:
         return status
-    state = found[-1]
-    record = state_record(state) | {
+    record = state_record(last) | {
         "converged": status == GOOD,
         "elements": actuator.elements,
         "unknowns": actuator.unknowns,
     }
-    if series:
-        write_actuator_series(actuator, found, options.vtk)
-    elif options.vtk is not None:
-        write_actuator_vtk(actuator, state, options.vtk)
-    if options.plot is not None:
-        draw_actuator(actuator, state, options.plot)
+    # The answer first: it has taken longer than a picture, and a full disk stops only that.
     print(json.dumps(record) if options.json else _text(record))
+    if options.vtk is not None and series is None:
+        with writing("--vtk", options.vtk):
+            write_actuator_vtk(actuator, last, options.vtk)
+    if options.plot is not None:
+        with writing("--plot", options.plot):
+            draw_actuator(actuator, last, options.plot)
     return status
 
 

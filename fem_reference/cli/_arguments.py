@@ -1,10 +1,11 @@
 """What the commands of ``rodmodel-fem`` share: numbers, the actuator's flags, errors in one line."""
 
 import argparse
+import contextlib
 import math
 import os
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -13,12 +14,15 @@ from fem_reference.section import LEVELS
 from fem_reference.winding import LAYOUTS, Winding, layout
 
 GOOD, BAD_INPUT, NO_CONVERGENCE = 0, 2, 3
+#: Of a program that Ctrl-C has ended, as shells tell it.
+INTERRUPTED = 130
 _WALLS = {
     "--outer-wall-mm": "outer_wall",
     "--inner-wall-mm": "inner_wall",
     "--partition-wall-mm": "partition_wall",
 }
 _VTK_SUFFIXES = (".vtu", ".vtk")
+PICTURES = (".png", ".pdf", ".svg")
 
 
 class InputError(Exception):
@@ -56,7 +60,8 @@ def add_actuator(add: Callable[..., Any]) -> None:
 
 def read_winding(options: argparse.Namespace) -> Winding:
     """The winding that the flags ask for; a ValueError where there is none."""
-    psi = math.radians(numbers("--psi-deg", options.psi_deg, 1, "deg")[0])
+    (psi_deg,) = numbers("--psi-deg", options.psi_deg, 1, "deg")
+    psi = math.radians(psi_deg if abs(psi_deg) <= 360.0 else math.remainder(psi_deg, 360.0))
     pitch = 1e-3 * numbers("--pitch-mm", options.pitch_mm, 1, "mm")[0]
     spacing = None
     if options.spacing_mm is not None:
@@ -101,6 +106,17 @@ def check_writable(flag: str, file: Path, suffixes: tuple[str, ...] = _VTK_SUFFI
         )
 
 
+@contextlib.contextmanager
+def writing(flag: str, file: str) -> Iterator[None]:
+    """Refuse a file that turns out not to be written: the disk may be full by then."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(
+            f"{flag}: got {file!r} ({error.strerror or error}), expected a file that can be written"
+        ) from error
+
+
 def with_flags(message: str) -> str:
     """A library error in the words of the command line: arguments by their flags."""
     flags = {
@@ -112,6 +128,8 @@ def with_flags(message: str) -> str:
         "spacing": "--spacing-mm",
         "tip_force": "--tip-force-n",
         "tip_moment": "--tip-moment-nmm",
+        "moment": "--moment-nmm",
+        "curvature": "--curvature-per-m",
         "gravity": "--gravity",
         "end_compliance": "--end-compliance-mm-per-n",
         "density": "--density-kg-per-m3",

@@ -8,9 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from fem_reference.cell import CellError, CellState, Load, PeriodCell, follow
+from fem_reference.cell_picture import draw_cell
 from fem_reference.cli._arguments import (
     GOOD,
     NO_CONVERGENCE,
+    PICTURES,
     InputError,
     add_actuator,
     check_writable,
@@ -19,11 +21,14 @@ from fem_reference.cli._arguments import (
     read_geometry,
     read_winding,
     with_flags,
+    writing,
 )
 from fem_reference.progress import track
 from fem_reference.vtk import write_vtk
 
 _STEP_KPA = 2.5
+# Of a load without pressure: for a curve.
+_PLOTTED_STEPS = 8
 
 
 def add_command(commands: Any) -> None:
@@ -44,6 +49,11 @@ def add_command(commands: Any) -> None:
     )
     add("--json", action="store_true", help="print one JSON object and nothing else")
     add("--vtk", metavar="FILE", help="write the deformed cell and its winding for ParaView (.vtu, .vtk)")
+    add(
+        "--plot",
+        metavar="FILE",
+        help="draw section, bent body, and curves over the load (.png, .pdf, .svg)",
+    )
     cell.set_defaults(command=_cell)
 
 
@@ -54,33 +64,47 @@ def _cell(options: argparse.Namespace) -> int:
     (compliance,) = numbers("--end-compliance-mm-per-n", options.end_compliance_mm_per_n, 1, "mm/N")
     if options.vtk is not None:
         check_writable("--vtk", Path(options.vtk))
+    if options.plot is not None:
+        check_writable("--plot", Path(options.plot), PICTURES)
     try:
         winding = read_winding(options)
-        loads = _ramp(pressure, moment, curvature)
+        loads = _ramp(pressure, moment, curvature, 1 if options.plot is None else _PLOTTED_STEPS)
         cell = PeriodCell(
             read_geometry(options), winding, level=options.elements, end_compliance=1e-3 * compliance
         )
+        cell.refuse(loads[-1])
     except ValueError as error:
         raise InputError(with_flags(str(error))) from error
 
-    state, status = None, GOOD
+    found: list[CellState] = []
+    status = GOOD
     try:
-        *_, state = track(follow(cell, loads), len(loads))
+        for state in track(follow(cell, loads), len(loads)):
+            # A picture alone needs more than the last state.
+            found = [state] if options.plot is None else [*found, state]
     except CellError as error:
-        state, status = error.last_good, NO_CONVERGENCE
+        status = NO_CONVERGENCE
         print(f"rodmodel-fem: {error}; the last converged state is given", file=sys.stderr)
-    if state is None:
+        found += [] if error.last_good is None else [error.last_good]
+    if not found:
         return status
+    state = found[-1]
     record = _record(cell, state, status == GOOD)
-    if options.vtk is not None:
-        write_vtk(cell, state, options.vtk)
     print(json.dumps(record) if options.json else _text(record))
+    if options.vtk is not None:
+        with writing("--vtk", options.vtk):
+            write_vtk(cell, state, options.vtk)
+    if options.plot is not None:
+        with writing("--plot", options.plot):
+            draw_cell(cell, found, options.plot)
     return status
 
 
-def _ramp(pressure: list[float], moment: list[float] | None, curvature: list[float] | None) -> list[Load]:
+def _ramp(
+    pressure: list[float], moment: list[float] | None, curvature: list[float] | None, least: int
+) -> list[Load]:
     """Loads from rest to the one asked for, in even steps that a progress bar can count."""
-    steps = max(1, math.ceil(max(pressure) / _STEP_KPA))
+    steps = max(least, math.ceil(max(pressure) / _STEP_KPA))
 
     def part(vector: list[float], factor: float) -> tuple[float, float, float]:
         return factor * vector[0], factor * vector[1], factor * vector[2]

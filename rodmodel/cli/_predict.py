@@ -84,7 +84,7 @@ def _run(options: argparse.Namespace) -> int:
         # Imported late: matplotlib takes far longer to import than a prediction takes.
         from rodmodel.view import plot_rod
 
-        plot_rod([(pressure, solution)], rod.actuator, file)
+        plot_rod([(pressure, solution)], rod.actuator, file, given)
 
     plot(options, draw)
     record = prediction_record(solution)

@@ -1,20 +1,17 @@
 """A section law as the core takes it: constant arrays, the images of its symmetry worked out."""
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from rodmodel.io import SIGNS, TURNS, biases_at, placed_images, symmetric
 
 if TYPE_CHECKING:
     from rodmodel.io import RidgeArrays
 
 #: Ridges of one image are a multiple of this, filled with ridges of no weight.
 LANES = 8
-
-_THIRD = 2.0 * math.pi / 3.0
-_MIRROR = np.diag([-1.0, 1.0, -1.0])  # of curvatures, y → −y
-_SWAPPED = np.array([0, 2, 1])  # chambers in the mirror
 
 
 @dataclass(frozen=True)
@@ -27,23 +24,6 @@ class LawData:
     orders: np.ndarray
     orientation: dict[str, np.ndarray]
     """Empty but for a law of all orientations."""
-
-
-def turn_matrix(turns: int) -> np.ndarray:
-    """Components in axes turned by 120° · `turns` from those in the given axes, R_z(−120° turns)."""
-    angle = turns * _THIRD
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
-def images_of(symmetry: str) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Images (U u, p[order]) of a state at which the potential is the same: each U and order."""
-    turned = [(turn_matrix(turns), np.roll(np.arange(3), -turns)) for turns in range(3)]
-    if symmetry == "none":
-        return turned[:1]
-    if symmetry == "mirror":
-        return [turned[0], (_MIRROR, _SWAPPED)]
-    return [*turned, *((_MIRROR @ turn, order[_SWAPPED]) for turn, order in turned)]
 
 
 def law_data(
@@ -64,31 +44,39 @@ def law_data(
     biases : w of each image, (images, features), in place of the law's: of an orientation that is known
         already.
     """
-    images = images_of(law.symmetry)
-    signs, own_turns = np.repeat([1.0, -1.0], 3), np.tile(np.arange(3), 2) * _THIRD
-    share = 1.0 / len(images)
-    # What comes before the law: Q u, and the order in which it sees the pressures.
-    seen, order = np.eye(3), np.arange(3)
-    if mirrored:
-        seen, order = _MIRROR, _SWAPPED
-    seen, order = seen @ turn_matrix(turns), (order + turns) % 3
-    placed = [(axes @ seen, order[chambers]) for axes, chambers in images]
-
+    placed = placed_images(law.symmetry, turns, mirrored)
+    share = 1.0 / len(placed)
     given = law.feature_biases if biases is None else biases
-    biases = np.broadcast_to(given, (len(images), law.feature_biases.size))
     if law.orientation_weights is not None and psi is not None:
-        twice = 2.0 * signs * (psi - own_turns)
-        biases = biases + np.stack([np.cos(twice), np.sin(twice)], axis=1) @ law.orientation_weights.T
-    rest = np.tanh(biases)
+        given = biases_at(given, law.orientation_weights, psi)
+    biases = np.broadcast_to(given, (len(placed), law.feature_biases.size))
+    # Only a law without symmetry has pressures at which it rests: its own order is that of its one image.
+    straight = np.zeros(3) if law.rest_pressures is None else law.rest_pressures
+    rest = np.tanh(biases + law.feature_weights @ straight)
 
     lower = np.zeros((3, 3))
     lower[np.tril_indices(3)] = law.factor
-    constant, slope, quadratic = 0.0, np.zeros(3), np.zeros((3, 3))
+    slope, quadratic = np.zeros(3), np.zeros((3, 3))
+    constant = float(straight.sum()) * law.pressure_scale * law.rest_volume / law.energy_scale
+    if law.quadratic is not None:
+        axes = placed[0][0]
+        quadratic += axes.T @ symmetric(law.quadratic) @ axes
     for (axes, _), features in zip(placed, rest, strict=True):
-        z = law.mixing[:, 3:] @ features + law.offsets
-        constant -= share * float(law.weights @ _ridge(z))
+        z = law.mixing @ np.concatenate([straight, features]) + law.offsets
+        constant -= share * float(law.weights @ _ridge(z) + law.slopes[:3] @ straight)
         slope -= share * (law.weights * (1.0 + z * z) ** -2) @ law.directions @ axes
         quadratic += share * (axes.T @ lower) @ (axes.T @ lower).T
+
+    feature_weights, mixing, slopes = law.feature_weights, law.mixing, law.slopes
+    guess = np.stack([axes.T @ law.guess for axes, _ in placed])
+    if straight.any():
+        # The guess is by q − q₀ and the core has q: one more hidden function, that changes by one, takes −q₀.
+        feature_weights = np.pad(feature_weights, [(0, 1), (0, 0)])
+        biases, mixing, slopes = (
+            np.pad(a, [*[(0, 0)] * (a.ndim - 1), (0, 1)]) for a in (biases, mixing, slopes)
+        )
+        rest = np.pad(rest, [(0, 0), (0, 1)], constant_values=-1.0)
+        guess = np.concatenate([guess, -guess[:, :, :3] @ straight[:, None]], axis=2)
 
     empty = -law.offsets.size % LANES
     wide = [(0, 0), (0, empty)]
@@ -103,24 +91,24 @@ def law_data(
             "constant": constant,
         },
         sizes={
-            "images": len(images),
+            "images": len(placed),
             "ridges": law.offsets.size + empty,
-            "features": law.feature_biases.size,
+            "features": len(feature_weights),
         },
         arrays={
             "slope": slope,
             "quadratic": quadratic[np.triu_indices(3)],
             "slope_by_pressure": np.zeros(9),
             "pressure_quadratic": np.zeros(9),
-            "feature_weights": law.feature_weights,
+            "feature_weights": feature_weights,
             "feature_biases": biases,
             "rest_features": rest,
-            "mixing": np.pad(law.mixing.T, wide),
+            "mixing": np.pad(mixing.T, wide),
             "offsets": np.pad(law.offsets, (0, empty)),
-            "weights": np.tile(weights, len(images)),
+            "weights": np.tile(weights, len(placed)),
             "directions": directions,
-            "slopes": share * law.slopes,
-            "guess": np.stack([share * axes.T @ law.guess for axes, _ in placed]),
+            "slopes": share * slopes,
+            "guess": share * guess,
         },
         orders=np.stack([chambers for _, chambers in placed]).astype(np.int32),
         orientation={}
@@ -128,8 +116,8 @@ def law_data(
         else {
             "shared_biases": law.feature_biases,
             "orientation_weights": law.orientation_weights,
-            "image_signs": signs,
-            "image_turns": own_turns,
+            "image_signs": SIGNS,
+            "image_turns": TURNS,
             "image_axes": np.stack([axes for axes, _ in placed]),
             "bare_directions": np.pad(law.directions.T, wide),
             "bare_weights": weights,

@@ -1,11 +1,23 @@
 """Calibrations: their file, which of them serves a winding layout, and rods made of them. Imports no JAX."""
 
+from rodmodel.io.adjustment import Adjustment as Adjustment
+from rodmodel.io.adjustment import OuterWall as OuterWall
+from rodmodel.io.adjustment import adjusted as adjusted
+from rodmodel.io.adjustment import scaled_ends as scaled_ends
+from rodmodel.io.atomic import atomic_part as atomic_part
+from rodmodel.io.atomic import drop_parts as drop_parts
+from rodmodel.io.atomic import sync_folder as sync_folder
 from rodmodel.io.atomic import write_atomically as write_atomically
 from rodmodel.io.calibration_file import Calibration as Calibration
 from rodmodel.io.calibration_file import read_calibration as read_calibration
 from rodmodel.io.calibration_file import save_calibration as save_calibration
 from rodmodel.io.calibration_text import calibration_record as calibration_record
 from rodmodel.io.calibration_text import calibration_text as calibration_text
+from rodmodel.io.images import SIGNS as SIGNS
+from rodmodel.io.images import TURNS as TURNS
+from rodmodel.io.images import biases_at as biases_at
+from rodmodel.io.images import placed_images as placed_images
+from rodmodel.io.images import symmetric as symmetric
 from rodmodel.io.json_record import CalibrationFileError as CalibrationFileError
 from rodmodel.io.law_arrays import RidgeArrays as RidgeArrays
 from rodmodel.io.loading import CalibrationNotFoundError as CalibrationNotFoundError
@@ -16,5 +28,6 @@ from rodmodel.io.loading import load as load
 from rodmodel.io.loading import load_core as load_core
 from rodmodel.io.loading import load_oriented as load_oriented
 from rodmodel.io.loading import shipped_calibrations as shipped_calibrations
+from rodmodel.io.ranges import ADJUSTMENT_RANGES as ADJUSTMENT_RANGES
 from rodmodel.io.ranges import RANGES as RANGES
 from rodmodel.io.ranges import ranges_table as ranges_table

@@ -1,39 +1,66 @@
-"""Writing a file so that its name always stands for a whole one."""
+"""Writing a file so that its name always stands for a whole one.
+
+`rodmodel` and `fem_reference` import nothing from each other, so each has this file; a test holds them equal.
+"""
 
 import contextlib
 import os
 import secrets
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
+_PART = "part"
 
-def write_atomically(path: str | Path, text: str) -> None:
-    """Write a text file: whoever reads `path` finds the old one or the whole new one, after a power cut too.
 
-    The text goes to a part file in the same folder, which takes the name at the end. A link is followed and
-    stays; a file that was there passes its permissions on. A device or a pipe takes the text as it is.
+def write_atomically(path: str | Path, content: str | bytes) -> None:
+    """Write a file: whoever reads `path` finds the old one or the whole new one, after a power cut too.
 
     Parameters
     ----------
-    path : file to write or to replace.
-    text : its content, written in UTF-8.
+    path : file to write or to replace; see `atomic_part`.
+    content : text, which is written in UTF-8, or bytes.
 
     Raises
     ------
     OSError
         Where it cannot be written. What was there is untouched, and no part is left behind.
     """
+    with atomic_part(path) as part, part.open("wb") as stream:
+        stream.write(content.encode() if isinstance(content, str) else content)
+
+
+@contextlib.contextmanager
+def atomic_part(path: str | Path) -> Iterator[Path]:
+    """An empty file beside `path` for a library to write to; it takes the name when the block ends well.
+
+    A link is followed and stays; a file that was there passes its permissions on. A device or a pipe is
+    handed out as it is. The part's suffix says nothing of a format, so the library has to be told it.
+
+    Parameters
+    ----------
+    path : file to write or to replace.
+
+    Yields
+    ------
+    part : file to write; whoever opens it closes it in the block.
+
+    Raises
+    ------
+    OSError
+        Where it cannot be written. After this, and any other error in the block, what was there is untouched,
+        and no part is left behind.
+    """
     file = Path(os.path.realpath(path))
     if file.exists() and not file.is_file():
-        file.write_text(text, encoding="utf-8")
+        yield file
         return
     # A name of its own and not one made from the file's, which may be as long as names can be.
-    part = file.parent / f".{os.getpid()}-{secrets.token_hex(4)}.part"
+    part = file.parent / f".{os.getpid()}-{secrets.token_hex(4)}.{_PART}"
     try:
-        with part.open("x", encoding="utf-8") as stream:
-            stream.write(text)
-            stream.flush()
-            os.fsync(stream.fileno())
+        part.touch(exist_ok=False)
+        yield part
+        _sync(part)
         if file.exists():
             shutil.copymode(file, part)
         part.replace(file)
@@ -42,10 +69,16 @@ def write_atomically(path: str | Path, text: str) -> None:
         with contextlib.suppress(OSError):
             part.unlink()
         raise
-    _sync_folder(file.parent)
+    sync_folder(file.parent)
 
 
-def _sync_folder(folder: Path) -> None:
+def drop_parts(folder: str | Path) -> None:
+    """Delete the parts that killed processes left in a folder into which nobody else writes."""
+    for part in Path(folder).glob(f".*-*.{_PART}"):
+        part.unlink()
+
+
+def sync_folder(folder: str | Path) -> None:
     """Put a folder's new names on the disk; only POSIX opens folders."""
     if os.name != "posix":
         return
@@ -54,3 +87,8 @@ def _sync_folder(folder: Path) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
+
+
+def _sync(file: Path) -> None:
+    with file.open("rb+") as stream:
+        os.fsync(stream.fileno())

@@ -11,10 +11,11 @@
      "domain": {"pressure_max_pa" (three), "pressure_sum_max_pa", "moment_max_nm",
                 "torque_max_nm" (null where it is the same)},
      "error": {"free_bending_angle_rad": {"median", "p95", "worst", and, where known, "p90"},
-               and, where known, "actuator_angle_rad": {"p90"}, ...},
+               and, where known, "actuator_angle_rad": {"p90"}, "measured_angle_rad": {"p90"}, ...},
      "provenance": {...}}
 
-The law's kind is "ridge-network", or "oriented-ridge-network" with "orientation_weights". `error` may hold
+The law's kind is "ridge-network", "oriented-ridge-network" with "orientation_weights", or of one that is
+adjusted to measurements "adjusted-ridge-network", with "rest_pressures" and "quadratic". `error` may hold
 further quantities and `provenance` is free; both come back as they were written. `rodmodel.io.ranges` has
 what each number may be.
 """
@@ -37,12 +38,16 @@ if TYPE_CHECKING:
     import rodmodel.section
 
 SCHEMA = "rodmodel-calibration"
+#: Of files before adjusted laws were calibrations; see `rodmodel.io.adjustment_file`.
+ADJUSTMENT = "rodmodel-adjustment"
 VERSION = 1
-RIDGES, ORIENTED = "ridge-network", "oriented-ridge-network"
+RIDGES, ORIENTED, ADJUSTED = "ridge-network", "oriented-ridge-network", "adjusted-ridge-network"
 RIDGE_SLOPE = "(1 + z^2)^-2"
 
 _NO_LONGER_READ = "free-state-expansion"
-_RANK_ONE = ("feature_biases", "offsets", "weights", "factor", "slopes")
+_RANK_ONE = ("feature_biases", "offsets", "weights", "factor", "slopes", "rest_pressures", "quadratic")
+# Arrays that one kind of law has and the others have not.
+_OF_ONE_KIND = {"orientation_weights": ORIENTED, "rest_pressures": ADJUSTED, "quadratic": ADJUSTED}
 _SCALES = {
     "pressure_scale": "pressure_scale_pa",
     "curvature_scale": "curvature_scale_per_m",
@@ -79,6 +84,11 @@ class Calibration:
     domain : loads inside which the law was calibrated.
     error : held-out figures, as the file has them.
     provenance : where it all comes from, as the file has it.
+
+    Raises
+    ------
+    ValueError
+        For a law of a kind that no file holds, such as a `LinearLaw`.
     """
 
     layout: Layout
@@ -107,6 +117,11 @@ class Calibration:
             from rodmodel.section import arrays_of
 
             law = arrays_of(section_law)
+        if not isinstance(law, RidgeArrays):
+            raise ValueError(
+                f"law: got a {type(law).__name__}, expected RidgeArrays; section_law takes a RidgeNetwork or "
+                "an OrientedNetwork, and a file holds no other law"
+            )
         values = {
             "layout": layout,
             "actuator": actuator,
@@ -130,23 +145,33 @@ class Calibration:
         """Within which the finite elements' bending angle is in 90 % of states [rad].
 
         Of the cell, on states held out of the fit; and where the file knows of the full actuator, of that,
-        whose runs left out of the fit of the ends add their own error in squares.
+        whose runs left out of the fit of the ends add their own error in squares. Of a law adjusted to
+        measurements, within which the measured angle is, left out of the fit; and never less than the former.
         """
         cell = self.error["free_bending_angle_rad"]
         bound = float(cell.get("p90", cell["p95"]))
         actuator = self.error.get("actuator_angle_rad")
-        return bound if actuator is None else math.hypot(bound, float(actuator["p90"]))
+        if actuator is not None:
+            bound = math.hypot(bound, float(actuator["p90"]))
+        measured = self.error.get("measured_angle_rad")
+        return bound if measured is None else max(bound, float(measured["p90"]))
 
 
 def read_calibration(path: str | Path) -> Calibration:
-    """Read and validate a calibration file.
+    """Read and validate a calibration file, or with a warning an adjustment file of the release before.
 
     Raises
     ------
     CalibrationFileError
         A `ValueError` of one line that names the file, the key, what came and what is expected.
     """
-    return _calibration(Record.from_file(Path(path)))
+    record = Record.from_file(Path(path))
+    if record.content.get("schema") == ADJUSTMENT:
+        # Which is of a calibration that this module reads.
+        from rodmodel.io.adjustment_file import adjusted_calibration
+
+        return adjusted_calibration(record)
+    return _calibration(record)
 
 
 def save_calibration(calibration: Calibration, path: str | Path) -> None:
@@ -155,11 +180,16 @@ def save_calibration(calibration: Calibration, path: str | Path) -> None:
     Raises
     ------
     ValueError
-        Where the file could not be read again: a NaN or an infinity in it, or a number out of its range.
-        Nothing is written then.
+        Where it is no calibration but a law, say, or the file could not be read again: a NaN or an infinity
+        in it, or a number out of its range. Nothing is written then.
     OSError
         Where the file cannot be written. What was there before is untouched.
     """
+    if not isinstance(calibration, Calibration):
+        raise ValueError(
+            f"calibration: got a {type(calibration).__name__}, expected a Calibration, which has layout, "
+            "actuator, domain and errors besides the law"
+        )
     content = {
         "schema": SCHEMA,
         "version": VERSION,
@@ -187,7 +217,9 @@ def save_calibration(calibration: Calibration, path: str | Path) -> None:
 def _law_content(law: RidgeArrays) -> dict[str, Any]:
     scales = {key: getattr(law, name) for name, key in _SCALES.items()}
     arrays = {name: getattr(law, name).tolist() for name in ARRAYS if getattr(law, name) is not None}
-    kind = ORIENTED if law.is_oriented else RIDGES
+    kind = ORIENTED if law.is_oriented else ADJUSTED if law.is_adjusted else RIDGES
+    if law.is_adjusted:
+        arrays = {"rest_pressures": [0.0] * 3, "quadratic": [0.0] * 6, **arrays}
     return {"kind": kind, "ridge_slope": RIDGE_SLOPE, **scales, "symmetry": law.symmetry, **arrays}
 
 
@@ -225,7 +257,10 @@ def _actuator(record: Record) -> Actuator:
         for name, key in _ACTUATOR.items()
         if key in record.content or not RANGES[f"actuator.{key}"].optional
     }
-    actuator = Actuator(**there)
+    try:
+        actuator = Actuator(**there)
+    except ValueError as error:
+        raise CalibrationFileError(f"{record.file}: {record.place}.{error}") from error
     length = actuator.body_length
     if actuator.stiff_tip >= length:
         raise record.error(
@@ -239,8 +274,9 @@ def _actuator(record: Record) -> Actuator:
 
 
 def _law(record: Record) -> RidgeArrays:
-    kinds = f'"{RIDGES}" or "{ORIENTED}"'
-    kind = record.take("kind", kinds, lambda value: value in (RIDGES, ORIENTED, _NO_LONGER_READ))
+    kinds = f'"{RIDGES}", "{ORIENTED}" or "{ADJUSTED}"'
+    known = (RIDGES, ORIENTED, ADJUSTED, _NO_LONGER_READ)
+    kind = record.take("kind", kinds, lambda value: value in known)
     if kind == _NO_LONGER_READ:
         raise record.error("kind", f"{kind!r}, a kind that is no longer read", f"{kinds}: fit the law anew")
     record.take("ridge_slope", f'"{RIDGE_SLOPE}"', lambda value: value == RIDGE_SLOPE)
@@ -248,7 +284,7 @@ def _law(record: Record) -> RidgeArrays:
     parts |= {
         name: record.array(name, rank=1 if name in _RANK_ONE else 2)
         for name in ARRAYS
-        if kind == ORIENTED or name != "orientation_weights"
+        if _OF_ONE_KIND.get(name, kind) == kind
     }
     try:
         return RidgeArrays(**parts, symmetry=record.word("symmetry"))
@@ -264,6 +300,7 @@ def _error(record: Record) -> dict[str, Any]:
         cell.number(figure)
     if "p90" in cell.content:
         cell.number("p90")
-    if "actuator_angle_rad" in record.content:
-        record.record("actuator_angle_rad").number("p90")
+    for name in ("actuator_angle_rad", "measured_angle_rad"):
+        if name in record.content:
+            record.record(name).number("p90")
     return record.content

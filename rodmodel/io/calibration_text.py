@@ -10,10 +10,11 @@ def calibration_record(calibration: Calibration) -> dict[str, Any]:
     """Layout, validity and error of a calibration as a JSON object."""
     layout, domain = calibration.layout, calibration.domain
     angle = calibration.error["free_bending_angle_rad"]
+    mirrored = None if calibration.law.is_adjusted else layout.mirrored_psi
     return {
         "layout": layout.name,
         "psi_deg": None if layout.psi is None else math.degrees(layout.psi),
-        "psi_mirrored_deg": None if layout.mirrored_psi is None else math.degrees(layout.mirrored_psi),
+        "psi_mirrored_deg": None if mirrored is None else math.degrees(mirrored),
         "psi_step_deg": math.degrees(layout.symmetry),
         "pitch_mm": 1e3 * layout.pitch,
         "pressure_max_kpa": [1e-3 * pressure for pressure in domain.pressure_max],

@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from rodmodel.io.ranges import ARRAY_NUMBER, RANGES
+from rodmodel.io.ranges import ADJUSTMENT_RANGES, ARRAY_NUMBER, RANGES
 
 # The largest law takes some 80 MB. Objects and lists within one another; the format has four.
 _MOST_BYTES, _MOST_DEPTH = 256 * 2**20, 32
+_RANGES = {**RANGES, **ADJUSTMENT_RANGES}
 # Longer integers have no double; Python itself refuses to read some of them.
 _MOST_DIGITS = 300
 
@@ -100,19 +101,19 @@ class Record:
         return str(self.take(key, "a name of letters, digits, -, . and _", _is_name))
 
     def number(self, key: str) -> float:
-        """Number under a key, in the range that `RANGES` has for it."""
-        allowed = RANGES[self._full(key)]
+        """Number under a key, in the range that `rodmodel.io.ranges` has for it."""
+        allowed = _RANGES[self._full(key)]
         return float(self.take(key, allowed.expected, lambda v: _is_number(v) and allowed.holds(v)))
 
     def number_or_null(self, key: str) -> float | None:
-        """Number under a key, in the range that `RANGES` has for it, or None for null."""
+        """Number under a key, in the range that `rodmodel.io.ranges` has for it, or None for null."""
         if key in self.content and self.content[key] is None:
             return None
         return self.number(key)
 
     def three(self, key: str) -> tuple[float, float, float]:
-        """Three numbers under a key, each in the range that `RANGES` has for it."""
-        allowed = RANGES[self._full(key)]
+        """Three numbers under a key, each in the range that `rodmodel.io.ranges` has for it."""
+        allowed = _RANGES[self._full(key)]
         first, second, third = self.take(
             key,
             f"three numbers, each {allowed.expected}",

@@ -36,6 +36,10 @@ class RidgeArrays:
     symmetry : of the section: ``none``, ``mirror`` (y → −y), or ``full`` (with turns by 120° too).
     orientation_weights : V, (features, 2), of a law of all orientations ψ, which has ``full`` symmetry; None
         for a law of one.
+    rest_pressures : q₀ = p₀/p_s, at which the section is straight without moment, (3,); None where that is
+        zero. Both this and the next are of a law that is adjusted to an actuator of one's own, which has no
+        symmetry.
+    quadratic : A₀, lower triangle by rows as of `factor`, (6,), added to L Lᵀ; None for none.
 
     Raises
     ------
@@ -58,6 +62,8 @@ class RidgeArrays:
     rest_volume: float
     symmetry: str = "none"
     orientation_weights: np.ndarray | None = None
+    rest_pressures: np.ndarray | None = None
+    quadratic: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         """Keep the arrays as doubles that nobody can write to, and refuse those that do not fit together."""
@@ -93,11 +99,18 @@ class RidgeArrays:
         """Whether it is a law of all orientations ψ."""
         return self.orientation_weights is not None
 
+    @property
+    def is_adjusted(self) -> bool:
+        """Whether it was adjusted to one actuator: its chambers differ."""
+        return self.rest_pressures is not None or self.quadratic is not None
+
     def _check_symmetry(self) -> None:
         if self.symmetry not in IMAGES:
             raise ValueError(f"symmetry: got {self.symmetry!r}, expected one of {', '.join(IMAGES)}")
         if self.is_oriented and self.symmetry != "full":
             raise ValueError(f"symmetry: got {self.symmetry!r}, expected full in a law of all orientations")
+        if self.is_adjusted and self.symmetry != "none":
+            raise ValueError(f"symmetry: got {self.symmetry!r}, expected none in an adjusted law")
 
     def _check_shapes(self) -> None:
         for name in ("feature_biases", "offsets"):
@@ -113,6 +126,8 @@ class RidgeArrays:
             "slopes": (3 + features,),
             "guess": (3, 3 + features),
             "orientation_weights": (features, 2),
+            "rest_pressures": (3,),
+            "quadratic": (6,),
         }
         for name, shape in expected.items():
             array = getattr(self, name)

@@ -156,7 +156,8 @@ def find_among(known: Sequence[Calibration], layout: str, psi: float, pitch: flo
         own = calibration.layout.psi
         if own is None:
             continue
-        for mirrored in (False, True):
+        # The mirror image of an actuator of one's own is another one.
+        for mirrored in (False,) if calibration.law.is_adjusted else (False, True):
             turns = _turns(calibration.layout, -own if mirrored else own, psi)
             if turns is not None:
                 domain = _renumbered(calibration.domain, turns, mirrored)

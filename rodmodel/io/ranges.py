@@ -63,17 +63,30 @@ RANGES: Mapping[str, Range] = {
     "error.free_bending_angle_rad.p95": _ANGLE_ERROR,
     "error.free_bending_angle_rad.worst": _ANGLE_ERROR,
     "error.actuator_angle_rad.p90": _ANGLE_ERROR._replace(optional=True),
+    "error.measured_angle_rad.p90": _ANGLE_ERROR._replace(optional=True),
+}
+
+#: Of adjustment files, which `rodmodel.io.adjustment_file` reads; their layout is as above.
+ADJUSTMENT_RANGES: Mapping[str, Range] = {
+    "wall.radius_m": Range(1e-6, 10.0, "m"),
+    "wall.thickness_m": Range(1e-7, 1.0, "m"),
+    "wall.shear_modulus_pa": Range(1.0, 1e9, "Pa"),
+    "parameters.stiffness_scale": Range(0.01, 100.0, ""),
+    **{f"parameters.pressure_gain_{k}": Range(0.01, 100.0, "") for k in (1, 2, 3)},
+    **{f"parameters.pressure_offset_{k}_pa": Range(-1e8, 1e8, "Pa") for k in (1, 2, 3)},
+    **{f"parameters.wall_variation_{k}": Range(-1.0, 100.0, "") for k in (1, 2, 3)},
 }
 
 #: Of each number of the law's arrays.
 ARRAY_NUMBER = Range(-1e9, 1e9, "")
 
 
-def ranges_table() -> str:
-    """Table of the ranges in Markdown, as the manual has it."""
+def ranges_table(ranges: Mapping[str, Range] = RANGES) -> str:
+    """Table of ranges in Markdown, as the manual has it."""
     rows = ["| key | from | to | unit | |", "|---|---|---|---|---|"]
-    for key, range_ in [*RANGES.items(), ("each number of the law's arrays", ARRAY_NUMBER)]:
+    arrays = [("each number of the law's arrays", ARRAY_NUMBER)] if ranges is RANGES else []
+    for key, range_ in [*ranges.items(), *arrays]:
         notes = ["or null"] * range_.null + ["may be missing"] * range_.optional
-        name = f"`{key}`" if key in RANGES else key
+        name = f"`{key}`" if key in ranges else key
         rows.append(f"| {name} | {range_.least:g} | {range_.most:g} | {range_.unit} | {', '.join(notes)} |")
     return "\n".join(rows)

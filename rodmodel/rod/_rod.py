@@ -9,11 +9,11 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from rodmodel.actuator import Actuator, Domain, Number
-from rodmodel.kinematics import Shape, bend, bending, rotation_of
+from rodmodel.kinematics import Shape, bend, bending, cross_matrix, rotation_of
 from rodmodel.rod._inputs import all_finite, is_rotation, vector_of
 from rodmodel.rod._jacobian import Jacobian, jacobian_of
 from rodmodel.rod._raising import raise_where
-from rodmodel.section import SectionLaw
+from rodmodel.section import CurvatureLaw, SectionLaw
 from rodmodel.statics import (
     RESULTS,
     Adaptive,
@@ -270,10 +270,20 @@ class Rod(eqx.Module):
             base_rotation = jnp.where(good, base_rotation, jnp.eye(3, dtype=base_rotation.dtype))
             loads = into_base(loads, base_rotation)
 
-        law = self.section.at(pressure)
-        mount = rotation_of(base_turn(self.actuator, pressure, law))
-        offset = tip_offset(self.actuator, law.free_curvature)
-        shape, reached = solve_shape(law, into_base(loads, mount), self.actuator, offset, start, solver)
+        def ends(pressure: Float[Array, "3"]) -> tuple[tuple[Array, Array], CurvatureLaw]:
+            law = self.section.at(pressure)
+            turned = rotation_of(base_turn(self.actuator, pressure, law))
+            return (turned, tip_offset(self.actuator, law.free_curvature)), law
+
+        (mount, offset), by_ends, law = jax.vjp(ends, pressure, has_aux=True)
+        shape, reached, push = solve_shape(law, into_base(loads, mount), self.actuator, offset, start, solver)
+        volume = self._chamber_volume(pressure, law, shape)
+        if push is not None:
+            # Pressures turn the base and move the cap, and the loads do work: so ∂V/∂F is ∂x/∂p of the tip.
+            # m·ω is <R m̂, δR>/2 for δR = R ω̂.
+            moment = law.moment(shape.samples()[0][0])
+            (work,) = by_ends((0.5 * mount @ cross_matrix(moment), push))
+            volume = volume + work
 
         pressure_in_domain = self.domain.covers_pressure(pressure)
         curvatures, _ = shape.samples()
@@ -298,7 +308,7 @@ class Rod(eqx.Module):
             bending_angle=angle,
             bending_plane=plane,
             bend=bent,
-            chamber_volume=self._chamber_volume(pressure, shape),
+            chamber_volume=volume,
             converged=result == names.successful,
             result=result,
             stable=reached.stable & good,
@@ -323,25 +333,28 @@ class Rod(eqx.Module):
         expected = [good_pressure, good_loads, good_base, pressure_in_domain, solution.converged]
         return solution, jnp.logical_not(jnp.array(expected))
 
-    def _chamber_volume(self, pressure: Float[Array, "3"], shape: Shape) -> Float[Array, "3"]:
-        """Volume −∂/∂p ∫ Π(u(s), p) ds at a fixed shape [m³]: one derivative for all sections.
+    def _chamber_volume(
+        self, pressure: Float[Array, "3"], law: CurvatureLaw, shape: Shape
+    ) -> Float[Array, "3"]:
+        """Volume of the sections [m³], −∂/∂p of their potential at a fixed shape: one derivative for all.
 
-        What the ends hold at its volume at rest takes its part of the change away.
+        The sections of the stiff tip are as free of moments as those of a rod without loads, and over the
+        held length chambers keep what they have at rest.
         """
-        length, held = self.actuator.body_length, self.actuator.held_length
+        held = self.actuator.held_length
+        free, none = law.free_curvature, jnp.zeros_like(law.free_curvature)
         curvatures, weights = shape.samples()
-        # The stiff end holds as much per length as the rest.
-        weights = weights * (length / self.actuator.bending_length)
+        curvatures = jnp.concatenate([curvatures, free[None]])
+        weights = jnp.append(weights, self.actuator.stiff_tip - held)
 
         def potential(
             pressure: Float[Array, "3"], curvatures: Float[Array, "n 3"], weights: Float[Array, " n"]
         ) -> Float[Array, ""]:
             return weights @ jax.vmap(self.section.contracted(pressure).energy)(curvatures)
 
-        at_rest = jnp.zeros_like(pressure), jnp.zeros_like(curvatures), weights
+        at_rest = none, jnp.zeros_like(curvatures), jnp.zeros_like(weights).at[0].set(held)
         both = jax.tree.map(lambda *rows: jnp.stack(rows), (pressure, curvatures, weights), at_rest)
-        volume, rest = -jax.vmap(jax.grad(potential))(*both)
-        return rest + (1.0 - held / length) * (volume - rest)
+        return -jnp.sum(jax.vmap(jax.grad(potential))(*both), axis=0)
 
     def _messages(self) -> list[str]:
         limits = (*self.domain.pressure_max, self.domain.pressure_sum_max)

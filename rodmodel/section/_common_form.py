@@ -56,4 +56,6 @@ def _padded(law: RidgeNetwork, ridges: int, features: int) -> RidgeNetwork:
         weights=jnp.pad(law.weights, (0, more[0])),
         slopes=jnp.pad(law.slopes, (0, more[1])),
         guess=jnp.pad(law.guess, ((0, 0), (0, more[1]))),
+        rest_pressures=jnp.zeros(3) if law.rest_pressures is None else law.rest_pressures,
+        quadratic=jnp.zeros(6) if law.quadratic is None else law.quadratic,
     )

@@ -20,6 +20,7 @@ _ARRAYS = (
     "slopes",
     "guess",
 )
+_ADJUSTED = ("rest_pressures", "quadratic")
 _SCALES = ("pressure_scale", "curvature_scale", "energy_scale", "rest_volume")
 
 
@@ -36,6 +37,8 @@ def law_from_arrays(arrays: RidgeArrays) -> RidgeNetwork | OrientedNetwork:
     """
     leaves = {name: jnp.asarray(getattr(arrays, name), float) for name in _ARRAYS}
     scales = {name: getattr(arrays, name) for name in _SCALES}
+    adjusted = {name: getattr(arrays, name) for name in _ADJUSTED}
+    leaves |= {name: jnp.asarray(value, float) for name, value in adjusted.items() if value is not None}
     network = RidgeNetwork(**leaves, **scales, symmetry=arrays.symmetry)
     if arrays.orientation_weights is None:
         return network
@@ -66,6 +69,8 @@ def arrays_of(law: RidgeNetwork | OrientedNetwork) -> RidgeArrays:
         )
     parts: dict[str, Any] = {name: np.asarray(getattr(network, name)) for name in _ARRAYS}
     parts |= {name: float(getattr(network, name)) for name in _SCALES}
+    adjusted = {name: getattr(network, name) for name in _ADJUSTED}
+    parts |= {name: np.asarray(value) for name, value in adjusted.items() if value is not None}
     return RidgeArrays(
         **parts,
         symmetry=network.symmetry,

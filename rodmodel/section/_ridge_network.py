@@ -26,14 +26,15 @@ SYMMETRIES: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {
 class RidgeNetwork(SectionLaw):
     """Network of one hidden layer in the curvature, its offsets a network of the pressures.
 
-        Π(u, p) = −V₀ Σ p_k + E mean over images [F(x, q) − F(0, 0) − ∂F/∂x(0, 0)·x]
+        Π(u, p) = −V₀ Σ (p − p₀)_k + E mean over images [F(x, q) − F(0, q₀) − ∂F/∂x(0, q₀)·x] + ½ E xᵀ A₀ x
         F(x, q) = ½ |Lᵀ x|² + Σ_j c_j φ(d_j·x + e_j·h(q) + b_j) + v·h(q)
         h(q) = (q, tanh(W q + w)),    x = u/u_s,    q = p/p_s,    φ'(z) = (1 + z²)⁻²
 
     The mean is over the images of the state under the section's symmetry. At one pressure this is a sum of
     ridges of the curvature alone (see `RidgeLaw`), which a rod is integrated with. Potential and moment
-    vanish at rest. The free curvature is the root of the moment near a guess that is linear in h,
-    G (h(q) − h(0)).
+    vanish at rest, at the pressures p₀ = q₀ p_s. The free curvature is the root of the moment near a guess
+    that is linear in h, G (h(q) − h(q₀)). q₀ and A₀ are zero but in a law adjusted to an actuator of one's
+    own, see `rodmodel.io.adjusted`, which has no symmetry.
 
     Attributes
     ----------
@@ -49,6 +50,8 @@ class RidgeNetwork(SectionLaw):
     rest_volume : V₀, chamber volume per length at rest [m²], up to what F adds.
     symmetry : of the section: ``none``; ``mirror``, y → −y, as at ψ = 0; ``full``, with 120° turns too, as of
         rings.
+    rest_pressures : q₀, (3,), or None for zeros.
+    quadratic : A₀, its lower triangle by rows, or None for zeros.
     """
 
     feature_weights: Float[Array, "_ _"]
@@ -65,6 +68,8 @@ class RidgeNetwork(SectionLaw):
     energy_scale: Number
     rest_volume: Number
     symmetry: str = eqx.field(static=True, default="none")
+    rest_pressures: Float[Array, " _"] | None = None
+    quadratic: Float[Array, " _"] | None = None
 
     def __check_init__(self) -> None:
         """Refuse arrays that do not fit together, an unknown symmetry, and impossible scales."""
@@ -77,15 +82,19 @@ class RidgeNetwork(SectionLaw):
             "factor": (6,),
             "slopes": (3 + features,),
             "guess": (3, 3 + features),
+            "rest_pressures": (3,),
+            "quadratic": (6,),
         }
         for name, shape in expected.items():
-            if getattr(self, name).shape != shape:
+            if getattr(self, name) is not None and getattr(self, name).shape != shape:
                 raise ValueError(
                     f"{name}: got shape {getattr(self, name).shape}, expected {shape} with {features} "
                     f"features and {ridges} ridges"
                 )
         if self.symmetry not in SYMMETRIES:
             raise ValueError(f"symmetry: got {self.symmetry!r}, expected one of {', '.join(SYMMETRIES)}")
+        if self.symmetry != "none" and not (self.rest_pressures is None and self.quadratic is None):
+            raise ValueError(f"symmetry: got {self.symmetry!r}, expected none in an adjusted law")
         if self.feature_biases.ndim == 2 and len(self.feature_biases) != len(self.images):
             raise ValueError(
                 f"feature_biases: got {len(self.feature_biases)} rows, expected one, or {len(self.images)}: "
@@ -111,20 +120,26 @@ class RidgeNetwork(SectionLaw):
         orders = np.stack([order for _, order in self.images])
         share = 1.0 / len(orders)
         scaled = pressure[orders] / self.pressure_scale
-        inputs, rest = self.features(scaled), self.features(jnp.zeros_like(scaled))
+        straight = jnp.zeros_like(scaled) if self.rest_pressures is None else self.rest_pressures[orders]
+        inputs, rest = self.features(scaled), self.features(straight)
         change = inputs - rest
         mixed, at_rest = inputs @ self.mixing.T + self.offsets, rest @ self.mixing.T + self.offsets
         # Of each image, in the axes of the section: (images, ridges, 3).
         directions = jnp.einsum("jk,ikl->ijl", self.directions, turns)
         lower = jnp.zeros((3, 3), self.factor.dtype).at[np.tril_indices(3)].set(self.factor)
         turned = jnp.swapaxes(turns, 1, 2) @ lower
+        quadratic = share * jnp.einsum("ikm,ilm->kl", turned, turned)
+        if self.quadratic is not None:
+            half = jnp.zeros((3, 3), lower.dtype).at[np.tril_indices(3)].set(self.quadratic)
+            quadratic += half + half.T - jnp.diag(jnp.diag(half))
         free = jnp.einsum("kn,in,ikl->l", self.guess, change, turns)
         value = jnp.sum(change @ self.slopes) - jnp.sum(ridge(at_rest) @ self.weights)
         return RidgeLaw(
             free_curvature=self.curvature_scale * share * free,
-            constant=share * value - self.rest_volume / self.energy_scale * jnp.sum(pressure),
+            constant=share * value
+            - self.rest_volume / self.energy_scale * jnp.sum(pressure - self.pressure_scale * straight[0]),
             slope=-share * jnp.einsum("j,ij,ijl->l", self.weights, ridge_slope(at_rest), directions),
-            quadratic=share * jnp.einsum("ikm,ilm->kl", turned, turned),
+            quadratic=quadratic,
             directions=directions.reshape(-1, 3),
             offsets=mixed.ravel(),
             weights=jnp.tile(share * self.weights, len(orders)),

@@ -69,6 +69,10 @@ def seen(law: RidgeNetwork, turn: np.ndarray, order: np.ndarray) -> RidgeNetwork
     def renumbered(factors: Array) -> Array:
         return jnp.concatenate([factors[..., back], factors[..., 3:]], axis=-1)
 
+    if law.rest_pressures is not None:
+        law = replace(law, rest_pressures=law.rest_pressures[back])
+    if law.quadratic is not None:
+        law = replace(law, quadratic=(axes.T @ _symmetric(law.quadratic) @ axes)[_ROWS, _COLUMNS])
     return replace(
         law,
         feature_weights=law.feature_weights[:, back],
@@ -90,6 +94,11 @@ def _of_all(parts: list[Float[Array, "*n h"]]) -> Float[Array, "*n g"]:
 def _square(factor: Float[Array, "6"]) -> Float[Array, "3 3"]:
     lower = jnp.zeros((3, 3), factor.dtype).at[_ROWS, _COLUMNS].set(factor)
     return lower @ lower.T
+
+
+def _symmetric(triangle: Float[Array, "6"]) -> Float[Array, "3 3"]:
+    lower = jnp.zeros((3, 3), triangle.dtype).at[_ROWS, _COLUMNS].set(triangle)
+    return lower + lower.T - jnp.diag(jnp.diag(lower))
 
 
 def _factor(stiffness: Float[Array, "3 3"]) -> Float[Array, "6"]:

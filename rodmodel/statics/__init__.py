@@ -1,8 +1,7 @@
 """Equilibrium of the rod: loads, ends, integration along the rod, shooting, stability, sensitivities."""
 
-import jax
-
 from rodmodel.actuator import Actuator, Domain
+from rodmodel.statics._as_pytree import register
 from rodmodel.statics._ends import base_turn as base_turn
 from rodmodel.statics._ends import cap_centre as cap_centre
 from rodmodel.statics._ends import tip_offset as tip_offset
@@ -18,5 +17,5 @@ from rodmodel.statics._solve import FixedStep as FixedStep
 from rodmodel.statics._solve import Solver as Solver
 from rodmodel.statics._solve import solve_shape as solve_shape
 
-for _plain in (Actuator, Domain):
-    jax.tree_util.register_dataclass(_plain)
+register(Actuator)
+register(Domain)

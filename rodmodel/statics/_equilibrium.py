@@ -106,6 +106,11 @@ class Equilibrium(eqx.Module):
         ahead = jnp.array([0.0, 0.0, 1.0], force.dtype)
         return ahead + self.actuator.shear_compliance * (force - force[2] * ahead)
 
+    def push(self, rotation: Float[Array, "3 3"], unknown: Float[Array, " n"]) -> Float[Array, "3"]:
+        """Force on the cap [N], in its frame."""
+        force = self.loads.cap_force
+        return rotation.T @ (force + unknown[3:] if self.unknowns == 6 else force)
+
     def imbalance(self, end: State, unknown: Float[Array, " n"]) -> Float[Array, " n"]:
         """Moment that the end of the body lacks to balance the cap [N m], body frame.
 
@@ -113,10 +118,10 @@ class Equilibrium(eqx.Module):
         """
         loads, back = self.loads, end.rotation.T
         pull = unknown[3:] if self.unknowns == 6 else jnp.zeros(3, unknown.dtype)
-        lever, push = loads.lever + self.actuator.tip_length * pull, loads.cap_force + pull
+        lever = loads.lever + self.actuator.tip_length * pull
         moment = self.law.moment(end.turn / self.actuator.bending_length)
         moment = moment - back @ loads.end_moment - loads.follower_moment
-        moment = moment - _axis_cross(back @ lever) - jnp.cross(self.offset, back @ push)
+        moment = moment - _axis_cross(back @ lever) - jnp.cross(self.offset, self.push(end.rotation, unknown))
         if loads.follower_force is None:
             return moment
         return jnp.concatenate([moment, back @ pull - loads.follower_force])

@@ -39,9 +39,6 @@ def result_of(reached: Reached) -> RESULTS:
     return ended
 
 
-# Part of the body over which the axis goes aside to where the cap is: 15 mm of the paper's actuator.
-_OFFSET_REACH = 0.25
-
 Numbers = ArrayLike | Sequence[float | int]
 """Numbers as they come: an array of JAX or NumPy, or a list."""
 
@@ -61,7 +58,8 @@ class Solution(eqx.Module):
     bending_plane : azimuth γ in [0, 2π) [rad]; 0 where chamber 1 alone would bend the rod, 2π/3 for chamber
         2. Zero for a straight rod.
     bend : (θ cos γ, θ sin γ) [rad], smooth where the rod is straight and γ is not.
-    chamber_volume : of each chamber, over the length of the body [m³].
+    chamber_volume : of each chamber, over the length of the body [m³]: −∂/∂p of the rod's energy at constant
+        loads, what the loads do on the ends that the pressures move included.
     converged : whether the full load was reached. Where not, all is at `stats["load_fraction"]` of it.
     result : how the solve ended, one of [`RESULTS`][]; `converged` is that it was `successful`.
     stable : whether the second variation of the energy is positive here. Follower loads and moments have no
@@ -102,6 +100,8 @@ class Solution(eqx.Module):
 
     def centreline(self, arc_length: Numbers) -> Float[Array, "*s 3"]:
         """Position r(s) of the axis.
+
+        Where the cap lies aside of the arc, the axis goes there over the whole length of the body.
 
         Parameters
         ----------
@@ -163,8 +163,11 @@ class Solution(eqx.Module):
         return jnp.clip(s, 0.0, self.shape.length)
 
     def _share_of_offset(self, s: Float[Array, ""]) -> Float[Array, ""]:
-        """How much of its offset to the cap the axis has: all at the end of the shape."""
-        x = jnp.clip(1.0 - (self.shape.length - s) / (_OFFSET_REACH * self.shape.length), 0.0, 1.0)
+        """How much of its offset to the cap the axis has: all at the end of the shape.
+
+        So goes the beam that bends least whose end moves aside without a turn.
+        """
+        x = s / self.shape.length
         return x * x * (3.0 - 2.0 * x)
 
     def _along(self, quantity: Callable[["Solution", Float[Array, ""]], Array], arc_length: Numbers) -> Array:

@@ -77,8 +77,10 @@ def solve_shape(
     offset: Float[Array, "3"],
     start: Float[Array, " n"] | None,
     solver: Solver,
-) -> tuple[Shape, Reached]:
+) -> tuple[Shape, Reached, Float[Array, "3"] | None]:
     """Solve for the shape of the body: without loads an arc of the free curvature, in closed form.
+
+    Besides the shape and how it was reached comes the force on the cap [N], in its frame; None without loads.
 
     Parameters
     ----------
@@ -95,7 +97,7 @@ def solve_shape(
         empty = State(jnp.zeros((0, 3)), jnp.zeros((0, 3, 3)), jnp.zeros((0, 3)))
         stable = is_positive(law.stiffness(free))
         arrived = Reached(length * free, empty, one, none, none, stable, none + ARRIVED)
-        return Arc(base_curvature=free, length=length), arrived
+        return Arc(base_curvature=free, length=length), arrived, None
     equilibrium = Equilibrium(law, resultants(loads, actuator, free.dtype), actuator, offset)
     reached = solve_equilibrium(equilibrium, start, solver)
     loaded, nodes, unknown = equilibrium.scaled(reached.load_fraction), reached.nodes, reached.unknown
@@ -116,7 +118,7 @@ def solve_shape(
         node_drifts=leans,
         length=length,
     )
-    return shape, reached
+    return shape, reached, loaded.push(nodes.rotation[-1], unknown)
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(2,))

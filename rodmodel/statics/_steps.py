@@ -12,7 +12,7 @@ from rodmodel.statics._equilibrium import Equilibrium, State
 
 # Difference of orders 2 and 4 within a step [rad] above which steps are too few, and how much longer than the
 # rod the way to a section may come out.
-_ROUGHNESS = 0.5
+_ROUGHNESS = 0.05
 _STRETCH = 1.02
 
 # Of the stages: how far into the step, factor of the bracket of k₁ with the stage before, weight.

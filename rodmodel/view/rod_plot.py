@@ -1,216 +1,278 @@
-"""Picture of bent rods: in space, and from the side in the bending plane. Lengths in mm."""
+"""Picture of bent rods: section, in space, and from the side in the bending plane. Lengths in mm."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
-from matplotlib.patches import Patch, Polygon, Rectangle
-from mpl_toolkits.mplot3d import Axes3D
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from matplotlib.patches import Circle, Polygon, Rectangle, Wedge
 
 from rodmodel.actuator import Actuator
-from rodmodel.view.text import STRAIGHT
+from rodmodel.io import atomic_part
+from rodmodel.view.labels import Label, place_labels
+from rodmodel.view.rod_loads import Arrow, arrows_of
+from rodmodel.view.rod_shape import CAP, CHAMBER_HALF_WIDTH, SILICONE, Bent, Pose, pose_of, skin, tints
+from rodmodel.view.scene import Camera, Faces, arrow, disc, paint, plate, rod
 
-_SILICONE, _CAP = "#dcd8cf", "#8f8b84"
-CHAMBER_COLOURS = ("#0072b2", "#e69f00", "#009e73")
-# A chamber reaches this far from its middle: 60 degrees less half a partition wall.
-_CHAMBER_HALF_WIDTH = np.radians(50.0)
-_RINGS, _FACETS = 67, 48
-# Towards the light, for bending towards -x.
-_LIGHT = np.array([0.35, -0.6, 0.72])
-# Half of a label's extent [mm], generously.
-_LABEL_SIZE = np.array([8.0, 3.0])
-
-
-@runtime_checkable
-class Bent(Protocol):
-    """What is drawn of a solution, of the compiled rod or of the differentiable one."""
-
-    @property
-    def bending_angle(self) -> Any:
-        """θ [rad]."""
-
-    @property
-    def bending_plane(self) -> Any:
-        """γ [rad]."""
-
-    def centreline(self, arc_length: Any) -> Any:
-        """Positions at arc lengths [m], (n, 3)."""
-
-    def frames(self, arc_length: Any) -> Any:
-        """Frames at arc lengths, directors as columns, (n, 3, 3)."""
+_SIZE = (13.0, 6.6)
+# Left, bottom, width, height, as parts of the figure.
+_SECTION, _LIST = (0.015, 0.55, 0.20, 0.34), (0.015, 0.04, 0.20, 0.46)
+_SPACE, _SIDE = (0.225, 0.04, 0.33, 0.85), (0.60, 0.10, 0.385, 0.79)
+_AXES_COLOURS = {"x": "#d62728", "y": "#2ca02c", "z": "#1f77b4"}
+_PLATE = "#b8b8b8"
+_POINTS_PER_INCH = 72.0
+# Beside what is drawn, in points: for the edges, and for labels of loads.
+_MARGIN, _LABEL_ROOM = np.array([20.0, 26.0]), np.array([110.0, 30.0])
 
 
-class _Pose(NamedTuple):
-    """Rod in millimetres, with the pressures as fractions of the largest in the picture."""
+class _Base(NamedTuple):
+    """Where the clamp is, and to where the last pose bends."""
 
-    centre: np.ndarray
-    frames: np.ndarray
-    in_cap: np.ndarray
-    radius: float
-    pressure_kpa: np.ndarray
-    shade: np.ndarray
-    angle_deg: float
-    plane: float
-    """γ [rad]; zero for a straight rod, which has none."""
-    straight: bool
+    position: np.ndarray
+    rotation: np.ndarray
+    ahead: np.ndarray
+    given: bool
 
 
-def plot_rod(poses: Sequence[tuple[np.ndarray, Bent]], actuator: Actuator, file: str | Path) -> None:
+def plot_rod(
+    poses: Sequence[tuple[np.ndarray, Bent]],
+    actuator: Actuator,
+    file: str | Path,
+    given: Mapping[str, Any] | None = None,
+) -> None:
     """Draw one or several poses of a rod, the tube with its true diameter, and write the picture.
 
     Parameters
     ----------
     poses : gauge pressures of the three chambers [Pa] and the solution, of `CoreRod.solve` or of `Rod.solve`,
-        for each pose. The side view is in the bending plane of the last one.
+        for each pose. The side view is in the bending plane of the last one; in space, that one is solid and
+        the others are their axes and caps.
     actuator : dimensions.
     file : picture to write; its suffix is the format.
+    given : loads and base under which all were solved, by their names in `Rod.solve`, SI; drawn as arrows.
 
     Raises
     ------
     OSError
         Where the file cannot be written.
+    ValueError
+        For no poses, and for a solution of bad input, which has no shape.
     """
+    if not poses:
+        raise ValueError("poses: got none, expected at least one")
+    loads = {} if given is None else given
     largest = max(float(np.max(pressure)) for pressure, _ in poses) or 1.0
-    drawn = [_pose(pressure, largest, solution, actuator) for pressure, solution in poses]
-    figure = Figure(figsize=(11.0, 6.0), layout=ConstrainedLayoutEngine(h_pad=0.08, w_pad=0.08, wspace=0.1))
-    _draw_in_space(figure.add_subplot(1, 2, 1, projection="3d"), drawn)
-    _draw_from_side(figure.add_subplot(1, 2, 2), drawn)
-    figure.legend(handles=_legend(drawn), loc="outside lower center", ncols=4, frameon=False)
-    figure.savefig(file, dpi=150)
+    drawn = [pose_of(pressure, largest, solution, actuator) for pressure, solution in poses]
+    base = _base(loads, drawn[-1])
+    # On the side that the rod bends away from.
+    beside = base.position + drawn[-1].radius * (4.0 * base.rotation[:, 2] - 3.4 * base.ahead)
+    arrows = arrows_of(loads, drawn[-1], beside)
+    figure = Figure(figsize=_SIZE)
+    figure.suptitle(_title(drawn), fontsize=11, y=0.965)
+    _draw_section(figure.add_axes(_SECTION), drawn)
+    _write_list(figure.add_axes(_LIST), drawn)
+    _draw_in_space(figure.add_axes(_SPACE), drawn, base, arrows)
+    _draw_from_side(figure.add_axes(_SIDE), drawn, base, arrows)
+    with atomic_part(file) as part:
+        figure.savefig(part, dpi=150, format=Path(file).suffix[1:])
 
 
-def _pose(pressure: np.ndarray, largest: float, solution: Bent, actuator: Actuator) -> _Pose:
-    arc_length = np.linspace(0.0, float(actuator.body_length + actuator.cap_length), _RINGS)
-    straight = abs(float(solution.bending_angle)) < STRAIGHT
-    return _Pose(
-        centre=1e3 * np.asarray(solution.centreline(arc_length)),
-        frames=np.asarray(solution.frames(arc_length)),
-        in_cap=arc_length[:-1] > actuator.body_length - 1e-9,
-        radius=float(0.5e3 * actuator.body_diameter),
-        pressure_kpa=1e-3 * pressure,
-        shade=pressure / largest,
-        angle_deg=float(np.degrees(solution.bending_angle)),
-        plane=0.0 if straight else float(solution.bending_plane),
-        straight=straight,
+def _base(loads: Mapping[str, Any], last: Pose) -> _Base:
+    position, rotation = loads.get("base_position"), loads.get("base_rotation")
+    turn = np.eye(3) if rotation is None else np.asarray(rotation, float)
+    return _Base(
+        position=np.zeros(3) if position is None else 1e3 * np.asarray(position, float),
+        rotation=turn,
+        ahead=turn @ -np.array([np.cos(last.plane), np.sin(last.plane), 0.0]),
+        given=position is not None or rotation is not None,
     )
 
 
-def _draw_in_space(axes: Axes3D, poses: list[_Pose]) -> None:
-    # The light and the eye stand to the same side of the bending plane, wherever that is.
-    plane = poses[-1].plane
-    c, s = np.cos(plane), np.sin(plane)
-    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    surfaces = [_surface(pose, turn @ _LIGHT) for pose in poses]
-    facets = np.concatenate([facets for facets, _ in surfaces])
-    colours = np.concatenate([colours for _, colours in surfaces])
-    axes.add_collection3d(Poly3DCollection(facets, facecolors=colours, edgecolors=colours, linewidths=0.3))
-    points = facets.reshape(-1, 3)
-    low, high = points.min(axis=0), points.max(axis=0)
-    middle, half = 0.5 * (low + high), 0.5 * np.max(high - low)
-    axes.set(
-        xlim=(middle[0] - half, middle[0] + half),
-        ylim=(middle[1] - half, middle[1] + half),
-        zlim=(low[2], low[2] + 2.0 * half),
-        xlabel="x [mm]",
-        ylabel="y [mm]",
-        zlabel="z [mm]",
-    )
-    axes.set_box_aspect((1.0, 1.0, 1.0))
-    axes.view_init(elev=20.0, azim=float(np.degrees(plane)) - 40.0)
+def _title(poses: list[Pose]) -> str:
+    if len(poses) > 1:
+        angles = [pose.angle_deg for pose in poses]
+        return f"{len(poses)} poses, θ = {min(angles):.1f}° to {max(angles):.1f}°"
+    (pose,) = poses
+    error = "beyond the calibration: an extrapolation"
+    if np.isfinite(pose.error_deg):
+        error = f"90 % of states within {pose.error_deg:.2g}° of the finite elements"
+    plane = "straight" if pose.straight else f"γ = {pose.plane_deg}"
+    tip = ", ".join(f"{x:.1f}".replace("-", "−") for x in np.round(pose.tip, 1) + 0.0)
+    title = f"{pose.pressures}:  θ = {pose.angle_deg:.1f}° ({error}),  {plane},  tip ({tip}) mm"
+    if pose.load_fraction < 1.0:
+        title += f"\nno convergence: this is at {100.0 * pose.load_fraction:.3g} % of the loads"
+    return title
 
 
-def _surface(pose: _Pose, light: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Quadrilaterals (n, 4, 3) of the tube and their colours (n, 3)."""
-    azimuth = np.linspace(0.0, 2.0 * np.pi, _FACETS + 1)
-    ring = np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1)
-    outward = np.einsum("nij,kj->nki", pose.frames[:, :, :2], ring)
-    skin = pose.centre[:, None] + pose.radius * outward
-    facets = np.stack([skin[:-1, :-1], skin[:-1, 1:], skin[1:, 1:], skin[1:, :-1]], axis=2)
-
-    around = np.tile(to_rgb(_SILICONE), (_FACETS, 1))
-    middle = 0.5 * (azimuth[:-1] + azimuth[1:])
-    for chamber, (colour, shade) in enumerate(zip(CHAMBER_COLOURS, pose.shade, strict=True)):
-        away = np.angle(np.exp(1j * (middle - 2.0 * np.pi / 3.0 * chamber)))
-        around[np.abs(away) < _CHAMBER_HALF_WIDTH] = _tint(colour, shade)
-    colours = np.repeat(around[None], len(facets), axis=0)
-    colours[pose.in_cap] = to_rgb(_CAP)
-    colours = colours * _lit(outward[:-1, :-1], light)[:, :, None]
-
-    face = np.stack(
-        [skin[-1, :-1], skin[-1, 1:], *2 * [np.repeat(pose.centre[-1:], _FACETS, axis=0)]], axis=1
-    )
-    face_colours = np.tile(to_rgb(_CAP), (_FACETS, 1)) * _lit(pose.frames[-1:, :, 2], light)[:, None]
-    return np.concatenate([facets.reshape(-1, 4, 3), face]), np.concatenate(
-        [colours.reshape(-1, 3), face_colours]
-    )
+def _draw_section(axes: Axes, poses: list[Pose]) -> None:
+    """The chambers seen from the tip, in their colours, with their pressures."""
+    axes.add_patch(Circle((0.0, 0.0), 1.0, facecolor=SILICONE, edgecolor="black", linewidth=0.8))
+    axes.add_patch(Circle((0.0, 0.0), 0.17, facecolor="white", edgecolor="black", linewidth=0.8))
+    pressures = np.array([pose.pressure_kpa for pose in poses])
+    half = np.degrees(CHAMBER_HALF_WIDTH)
+    for chamber, colour in enumerate(tints(np.max([pose.shade for pose in poses], axis=0))):
+        azimuth = 120.0 * chamber
+        sector = Wedge((0.0, 0.0), 0.83, azimuth - half, azimuth + half, width=0.41)
+        sector.set(facecolor=colour, edgecolor="black", linewidth=0.8)
+        axes.add_patch(sector)
+        way = np.array([np.cos(np.radians(azimuth)), np.sin(np.radians(azimuth))])
+        axes.text(0.625 * way[0], 0.625 * way[1], str(chamber + 1), ha="center", va="center", fontsize=11)
+        low, high = pressures[:, chamber].min(), pressures[:, chamber].max()
+        value = f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
+        side = "left" if chamber == 0 else "center"
+        x, y = (1.08, 0.0) if chamber == 0 else (-0.55, 1.24 * np.sign(way[1]))
+        axes.text(x, y, f"{value} kPa", ha=side, va="center", fontsize=9)
+    axes.set(xlim=(-1.25, 2.35), ylim=(-1.5, 1.5), aspect="equal", title="chambers, seen from the tip")
+    axes.title.set_fontsize(9)
+    axes.axis("off")
 
 
-def _lit(normal: np.ndarray, light: np.ndarray) -> np.ndarray:
-    """Brightness of a surface with these outward normals."""
-    return 0.65 + 0.35 * np.clip(normal @ light, 0.0, 1.0)
+def _write_list(axes: Axes, poses: list[Pose]) -> None:
+    """Pressures, angles and planes of several poses by their numbers."""
+    axes.axis("off")
+    if len(poses) == 1:
+        return
+    size = min(9.0, 9.0 * 18 / len(poses))
+    lines = [
+        f"{number}:  {pose.pressures}\n     θ = {pose.angle_deg:.1f}°"
+        + f", γ = {pose.plane_deg}" * (not pose.straight)
+        for number, pose in enumerate(poses, 1)
+    ]
+    axes.text(0.05, 1.0, "\n".join(lines), ha="left", va="top", fontsize=size, transform=axes.transAxes)
 
 
-def _tint(colour: str, shade: float) -> np.ndarray:
-    """Colour of a chamber: the silicone's without pressure, deeper with more."""
-    depth = 0.25 + 0.75 * shade if shade > 0.0 else 0.0
-    return (1.0 - depth) * np.array(to_rgb(_SILICONE)) + depth * np.array(to_rgb(colour))
+def _draw_in_space(axes: Axes, poses: list[Pose], base: _Base, arrows: list[Arrow]) -> None:
+    # The eye stands to the same side of the bending plane, wherever that is.
+    x, y, _ = -base.ahead
+    azimuth = np.arctan2(y, x) - np.radians(40.0)
+    elevation = np.radians(20.0)
+    eye = [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
+    camera = Camera.towards(eye, (0.0, 0.0, 1.0))
+    last = poses[-1]
+    parts = [skin(last), plate(base.position, base.rotation, (1.0 * last.radius, 1.6 * last.radius), _PLATE)]
+    for pose in poses[:-1]:
+        parts.append(rod(pose.centre, 0.12 * pose.radius, "#6b6b6b"))
+        body = int(np.count_nonzero(~pose.in_cap))
+        if body < len(pose.in_cap):
+            parts.append(skin(pose.behind(body)))
+            parts.append(disc(pose.centre[body], -pose.frames[body, :, 2], pose.radius, CAP))
+    for load in arrows:
+        parts.append(arrow(load.tail, load.head, 0.1 * last.radius, load.colour, load.heads))
+    faces = Faces.joined(parts)
+    points = camera.seen(faces.corners).reshape(-1, 2)
+    per_point = _fit(axes, points, _SPACE, bool(arrows))
+    paint(axes, camera, faces, 0.35 * camera.right + 0.72 * camera.up + 0.6 * camera.eye)
+    axes.axis("off")
+    corner = _draw_triad(axes, camera, base, per_point)
+    tips = _tip_labels(poses, camera)
+    place_labels(axes, [*tips, *_load_labels(arrows, camera)], np.concatenate([points, corner]), per_point)
 
 
-def _draw_from_side(axes: Axes, poses: list[_Pose]) -> None:
-    plane = poses[-1].plane
-    ahead = -np.array([np.cos(plane), np.sin(plane), 0.0])
+def _draw_from_side(axes: Axes, poses: list[Pose], base: _Base, arrows: list[Arrow]) -> None:
+    up = base.rotation[:, 2]
+    camera = Camera(base.ahead, up, np.cross(base.ahead, up))
+    drawn = []
     for pose in poses:
-        left, right = _outline(pose, ahead)
+        left, right = _outline(pose, base, camera)
         body = np.count_nonzero(~pose.in_cap) + 1
-        for part, colour in ((slice(0, body), _SILICONE), (slice(body - 1, None), _CAP)):
+        for part, colour in ((slice(0, body), SILICONE), (slice(body - 1, None), CAP)):
             corners = np.concatenate([left[part], right[part][::-1]])
             axes.add_patch(Polygon(corners, facecolor=colour, alpha=0.5, linewidth=0.0))
             axes.add_patch(Polygon(corners, fill=False, edgecolor="black", linewidth=0.7))
-        centre = _seen(pose.centre, ahead)
+        centre = camera.seen(pose.centre - base.position)
         axes.plot(*centre.T, color="black", linewidth=0.7, linestyle=(0, (8, 3, 2, 3)))
-        towards = _seen(pose.frames[-1, :, 2], ahead)
-        label = f"{' / '.join(f'{p:g}' for p in pose.pressure_kpa)} kPa\nθ = {pose.angle_deg:.1f}°"
-        place = centre[-1] + np.array([9.0, 5.0]) * towards
-        axes.text(place[0], place[1], label, ha="center", va="center", fontsize=8)
-        axes.update_datalim([place - _LABEL_SIZE, place + _LABEL_SIZE])
-    low = 1.6 * poses[0].radius
+        across = np.linspace(0.0, 1.0, 12)[:, None, None]
+        drawn.append(((1.0 - across) * left + across * right).reshape(-1, 2))
+    last = poses[-1]
+    solids = [arrow(a.tail, a.head, 0.09 * last.radius, a.colour, a.heads) for a in arrows]
+    if solids:
+        faces = Faces.joined(solids)
+        faces = faces._replace(corners=faces.corners - base.position)
+        paint(axes, camera, faces, camera.up + 0.8 * camera.eye, zorder=3.0)
+        drawn.append(camera.seen(faces.corners).reshape(-1, 2))
+    low = 1.6 * last.radius
     axes.add_patch(
-        Rectangle((-low, -3.0), 2.0 * low, 3.0, facecolor="white", edgecolor="black", hatch="////")
+        Rectangle(
+            (-low, -0.3 * low), 2.0 * low, 0.3 * low, facecolor="white", edgecolor="black", hatch="////"
+        )
     )
-    axes.set_aspect("equal")
-    axes.margins(0.04)
-    axes.autoscale_view()
-    name = "−x" if poses[-1].straight else f"in the bending plane, γ = {np.degrees(plane):.1f}°"
-    axes.set(xlabel=f"{name} [mm]", ylabel="z [mm]")
+    across = np.linspace(-low, low, 24)
+    drawn += [np.stack([across, np.full(24, height)], axis=1) for height in (-0.3 * low, -0.15 * low)]
+    points = np.concatenate(drawn)
+    per_point = _fit(axes, points, _SIDE, bool(arrows))
+    shifted = [a._replace(tail=a.tail - base.position, head=a.head - base.position) for a in arrows]
+    tips = _tip_labels([pose.moved(-base.position) for pose in poses], camera)
+    place_labels(axes, [*tips, *_load_labels(shifted, camera)], points, per_point)
+    name = "−x" if last.straight and not base.given else f"in the bending plane, γ = {last.plane_deg}"
+    if last.straight and base.given:
+        name = "along the base's −x"
+    axes.set(xlabel=f"{name} [mm]", ylabel=f"{'along the axis of the base' if base.given else 'z'} [mm]")
     axes.grid(alpha=0.3)
     axes.set_axisbelow(True)
 
 
-def _outline(pose: _Pose, ahead: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Both sides of the tube as seen at right angles to the plane of `ahead` and z: (n, 2) each."""
-    tangent = _seen(pose.frames[:, :, 2], ahead)
+def _fit(axes: Axes, points: np.ndarray, place: tuple[float, ...], labelled: bool) -> float:
+    """Set limits to hold the points and what is beside them; data per typographic point."""
+    extent = _POINTS_PER_INCH * np.array([place[2] * _SIZE[0], place[3] * _SIZE[1]])
+    low, high = points.min(axis=0), points.max(axis=0)
+    room = 2.0 * _MARGIN + (_LABEL_ROOM if labelled else 0.0)
+    per_point = float(np.max((high - low) / (extent - room)))
+    middle, half = 0.5 * (low + high), 0.5 * per_point * extent
+    axes.set(xlim=(middle[0] - half[0], middle[0] + half[0]), ylim=(middle[1] - half[1], middle[1] + half[1]))
+    return per_point
+
+
+def _draw_triad(axes: Axes, camera: Camera, base: _Base, per_point: float) -> np.ndarray:
+    """Axes of the base frame in the lower left corner, and a scale bar; points that they take."""
+    corner = np.array([axes.get_xlim()[0], axes.get_ylim()[0]])
+    origin, length = corner + per_point * np.array([34.0, 40.0]), 24.0 * per_point
+    taken = [origin]
+    for number, (name, colour) in enumerate(_AXES_COLOURS.items()):
+        way = camera.seen(base.rotation[:, number])
+        style = {"arrowstyle": "-|>", "color": colour, "lw": 1.3, "shrinkA": 0.0, "shrinkB": 0.0}
+        axes.annotate("", xy=tuple(origin + length * way), xytext=tuple(origin), arrowprops=style)
+        place = origin + (length + 7.0 * per_point) * way
+        axes.text(place[0], place[1], name, color=colour, ha="center", va="center", fontsize=9)
+        taken += [*np.linspace(origin, place, 8)]
+    # The roundest length of about a third of the picture's width.
+    decade = 10.0 ** np.floor(np.log10(100.0 * per_point))
+    bar = decade * max(step for step in (1.0, 2.0, 5.0) if step * decade <= 100.0 * per_point)
+    start = np.array([axes.get_xlim()[1] - bar - 12.0 * per_point, corner[1] + 14.0 * per_point])
+    axes.plot([start[0], start[0] + bar], [start[1]] * 2, color="black", linewidth=2.0, solid_capstyle="butt")
+    axes.text(
+        start[0] + 0.5 * bar, start[1] + 4.0 * per_point, f"{bar:g} mm", ha="center", va="bottom", fontsize=8
+    )
+    taken += [*np.linspace(start, start + np.array([bar, 10.0 * per_point]), 12)]
+    return np.array(taken)
+
+
+def _load_labels(arrows: list[Arrow], camera: Camera) -> list[Label]:
+    labels = []
+    for load in arrows:
+        if load.text:
+            labels.append(
+                Label(camera.seen(load.free_end), camera.seen(load.outward), load.text, load.colour)
+            )
+    return labels
+
+
+def _tip_labels(poses: list[Pose], camera: Camera) -> list[Label]:
+    """Numbers of the poses, where there are several."""
+    if len(poses) == 1:
+        return []
+    return [
+        Label(camera.seen(pose.centre[-1]), camera.seen(pose.frames[-1, :, 2]), str(number), size=10.0)
+        for number, pose in enumerate(poses, 1)
+    ]
+
+
+def _outline(pose: Pose, base: _Base, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
+    """Both sides of the tube as the camera sees them: (n, 2) each."""
+    centre = camera.seen(pose.centre - base.position)
+    tangent = np.gradient(centre, axis=0)
+    # The cap, and a tangent towards the eye, have no direction of their own.
     normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
-    normal *= pose.radius / np.linalg.norm(normal, axis=1, keepdims=True)
-    centre = _seen(pose.centre, ahead)
+    normal *= pose.radius / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
     return centre + normal, centre - normal
-
-
-def _seen(points: np.ndarray, ahead: np.ndarray) -> np.ndarray:
-    """Components (..., 2) along `ahead` and z."""
-    return np.stack([points @ ahead, points[..., 2]], axis=-1)
-
-
-def _legend(poses: list[_Pose]) -> list[Patch]:
-    pressures = np.array([pose.pressure_kpa for pose in poses])
-    patches = []
-    for chamber, colour in enumerate(CHAMBER_COLOURS):
-        values = ", ".join(f"{value:g}" for value in dict.fromkeys(np.round(pressures[:, chamber], 6)))
-        face = colour if np.any(pressures[:, chamber] > 0.0) else _SILICONE
-        patches.append(Patch(facecolor=face, edgecolor="black", label=f"chamber {chamber + 1}: {values} kPa"))
-    return patches

@@ -15,7 +15,8 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from rodmodel.actuator import Actuator
 from rodmodel.control import Workspace
-from rodmodel.view.rod_plot import CHAMBER_COLOURS
+from rodmodel.io import atomic_part
+from rodmodel.view.rod_shape import CHAMBER_COLOURS
 
 _LINES_KPA = 10.0
 _CIRCLE_DEG = 30.0
@@ -37,7 +38,8 @@ def plot_workspace(space: Workspace, actuator: Actuator, file: str | Path) -> No
         Patch(facecolor=colour, label=f"chamber {number}") for number, colour in enumerate(CHAMBER_COLOURS, 1)
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
-    figure.savefig(file, dpi=150)
+    with atomic_part(file) as part:
+        figure.savefig(part, dpi=150, format=Path(file).suffix[1:])
 
 
 class _Mesh:
@@ -129,13 +131,13 @@ def _draw_compass(axes: Axes, largest_deg: float) -> None:
         way = np.array([np.cos(np.radians(plane_deg)), np.sin(np.radians(plane_deg))])
         axes.plot(*np.outer(way, [0.0, outer]), color="0.75", linewidth=0.5)
         axes.text(
-            1.08 * outer * way[0],
+            1.04 * outer * way[0],
             1.08 * outer * way[1],
             f"γ = {plane_deg}°",
             fontsize=8,
-            ha="center",
+            ha="left" if way[0] > 0.0 else "right",
             va="center",
         )
     axes.set_aspect("equal")
-    axes.set(xlim=(-1.2 * outer, 1.2 * outer), ylim=(-1.12 * outer, 1.12 * outer))
+    axes.set(xlim=(-1.35 * outer, 1.35 * outer), ylim=(-1.12 * outer, 1.12 * outer))
     axes.axis("off")

@@ -37,6 +37,8 @@
 /* Where the search on a face starts, and by how much pressures are raised for another one, of the largest. */
 #define RM_START R(0.3)
 #define RM_RAISE R(0.4)
+/* Pressure, of the largest, that does less to the tip than a search's end: a chamber with no more is left empty. */
+#define RM_EMPTY R(5e-6)
 /* Local minima of the grid that are followed. */
 #define RM_FOLLOWED 8
 /* Farther than that, in lengths of the rod or in radians, no target is taken for one. */
@@ -135,7 +137,7 @@ static void evaluate_pose(void *what, vec point, const place *near, place *there
     if (!is_good(&input)) {
         return;
     }
-    begin(&at, s->rod, input.pressure, s->options.steps, 1, s->workspace);
+    begin(&at, s->rod, input.pressure, s->options.steps, 1, 1, s->workspace);
     if (s->loaded) {
         prepare_derivatives(&at, &input, 0, 0, &d);
     }
@@ -404,10 +406,10 @@ static int find_pressures(const rm_rod *rod, const rm_target *target, const rm_i
         s.loaded = 1;
         s.options.steps = RM_SEARCH_STEPS;
         s.options.tolerance = larger(RM_SEARCH_TOLERANCE, options->tolerance);
-        rm_real found[3];
-        put_vec(found, fit.best.point);
-        found[face] = R(0.0);
-        starts[face] = vec_of(found);
+        rm_real start[3];
+        put_vec(start, fit.best.point);
+        start[face] = R(0.0);
+        starts[face] = vec_of(start);
         /* That face first, the others as they were. */
         for (int k = 2; k > 0; k--) {
             if (order[k] == face) {
@@ -422,7 +424,10 @@ static int find_pressures(const rm_rod *rod, const rm_target *target, const rm_i
         rm_real *costs = workspace + workspace_size(rod, options->steps, 1) - RM_GRID * RM_GRID * RM_GRID;
         nearest = seek_everywhere(&s, boxes, costs, &fit);
     }
-    put_vec(bare.pressure, scale(s.scale, fit.best.point));
+    const vec found = fit.best.point;
+    const vec filled = {found.x > RM_EMPTY ? found.x : R(0.0), found.y > RM_EMPTY ? found.y : R(0.0),
+                        found.z > RM_EMPTY ? found.z : R(0.0)};
+    put_vec(bare.pressure, scale(s.scale, filled));
     put_vec(result->pressure, vec_of(bare.pressure));
     solve_state at;
     const int ended = solve(&at, rod, &bare, options, NULL, workspace, &result->solution);

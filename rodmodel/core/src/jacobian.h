@@ -168,7 +168,7 @@ static int solve_with_jacobian(solve_state *at, const rm_rod *rod, const rm_inpu
     derivatives d;
     int result = RM_BAD_INPUT;
     if (is_good(input) && is_usable(options)) {
-        begin(at, rod, input->pressure, options->steps, 1, workspace);
+        begin(at, rod, input->pressure, options->steps, 1, 1, workspace);
         prepare_derivatives(at, input, 1, count > 0, &d);
         result = solve_begun(at, input, options, start, &d, solution);
     } else {

@@ -11,8 +11,6 @@
 #define RM_ARC_SAMPLES 16
 /* Roundings of the azimuth of a rod that bends in its plane of symmetry, whose law is solved for by iteration. */
 #define RM_ROUNDINGS R(4096.0)
-/* Part of the body over which the axis goes aside to where the cap is: 15 mm of the paper's actuator. */
-#define RM_OFFSET_REACH R(0.25)
 #define RM_GREGORY 8
 
 /* Half turns of the tangent in the vertical plane of the chord: a running count of crossings of -z. */
@@ -189,10 +187,11 @@ static quat pose_between(const rm_node *nodes, int steps, rm_real length, rm_rea
     return frame;
 }
 
-/* Share of its offset to the cap that the axis has: all at the end of the body. */
+/* Share of its offset to the cap that the axis has, all at the end of the body: what bends a beam least whose end goes
+ * aside without a turn. */
 RM_INLINE rm_real share_of_offset(rm_real s, rm_real length)
 {
-    const rm_real x = smaller(larger(R(1.0) - (length - s) / (RM_OFFSET_REACH * length), R(0.0)), R(1.0));
+    const rm_real x = smaller(larger(s / length, R(0.0)), R(1.0));
     return x * x * (R(3.0) - R(2.0) * x);
 }
 

@@ -97,7 +97,7 @@ int rm_solve_batch(const rm_rod *rod, const rm_input *inputs, int count, const r
 int rm_free_curvature(const rm_rod *rod, const rm_real *pressure, rm_real *workspace, rm_real *curvature)
 {
     solve_state at;
-    begin(&at, rod, pressure, 1, 0, workspace);
+    begin(&at, rod, pressure, 1, 0, 0, workspace);
     put_vec(curvature, at.free_curvature);
     return is_finite(curvature[0]) ? 0 : RM_BAD_INPUT;
 }
@@ -107,7 +107,7 @@ int rm_section_at(const rm_rod *rod, const rm_real *curvature, const rm_real *pr
 {
     solve_state at;
     const vec u = vec_of(curvature);
-    begin(&at, rod, pressure, 1, 0, workspace);
+    begin(&at, rod, pressure, 1, 0, 0, workspace);
     const section_state s = linearise(&at.section, u, 0);
     const sym k = s.stiffness;
     const rm_real rows[9] = {k.xx, k.xy, k.xz, k.xy, k.yy, k.yz, k.xz, k.yz, k.zz};

@@ -23,7 +23,7 @@
 #define RM_CONTRACTION R(0.5)
 /* Difference of orders 2 and 4 within a step [rad] above which steps are too few, and how much longer than the rod
  * the way to a section may come out. */
-#define RM_ROUGHNESS R(0.5)
+#define RM_ROUGHNESS R(0.05)
 #define RM_STRETCH R(1.02)
 
 enum outcome { ARRIVED, UNSTABLE, DIVERGED, UNRESOLVED };

@@ -46,15 +46,15 @@ static size_t workspace_size(const rm_rod *rod, int steps, int with_jacobian)
                              (size_t)steps, with_jacobian);
 }
 
-/* Lay the workspace out and contract the law. */
+/* Lay the workspace out and contract the law; volumes and derivatives want its slopes by the pressures. */
 static void begin(solve_state *at, const rm_rod *rod, const rm_real *pressure, int steps, int with_jacobian,
-                  rm_real *memory)
+                  int with_slopes, rm_real *memory)
 {
     const size_t total = (size_t)rod->law.images * (size_t)rod->law.ridges;
     const size_t inputs = aligned(3 + (size_t)rod->law.features);
     memory += (64 - (uintptr_t)memory % 64) % 64 / sizeof(rm_real);
     at->rod = rod;
-    contract(&rod->law, pressure, with_jacobian, memory, memory + inputs, &at->section);
+    contract(&rod->law, pressure, with_jacobian || with_slopes, memory, memory + inputs, &at->section);
     memory += inputs + 6 * total;
     at->features = memory;
     memory += inputs;
@@ -214,37 +214,48 @@ static rm_real count_half_turns(const solve_state *at)
     return half_turns(&count, forward, up);
 }
 
-/* Chamber volumes over the body, of the curvatures at the nodes. */
+/* Chamber volumes, -dPi/dp of the whole rod's energy: of the sections at the nodes; of the stiff tip, whose sections
+ * are as free of moments, less the held length, whose chambers keep what they have at rest; and, as the pressures turn
+ * the base and move the cap, of the work that the loads do then. By that last part dV/dF is dx/dp. */
 static void put_volumes(solve_state *at, const rm_real *pressure, rm_real *volume)
 {
     const rm_actuator *a = &at->rod->actuator;
-    const int total = at->section.total;
-    rm_real sum = R(0.0);
-    vec curvatures = no_vec();
+    const equilibrium *e = &at->equilibrium;
+    const int total = at->section.total, sections = at->loaded ? at->steps + 1 : 1;
+    const rm_real free = a->stiff_tip - a->held_length;
+    vec curvatures = scale(free, at->free_curvature);
     memset(at->lifts, 0, (size_t)total * sizeof(rm_real));
-    /* An arc is the same everywhere; the stiff end goes with the rest. */
-    const int sections = at->loaded ? at->steps + 1 : 1;
     integral_weights(at->steps, at->weights);
     for (int n = 0; n < sections; n++) {
-        const rm_real share = at->loaded ? a->body_length * at->weights[n] : a->body_length;
-        const vec u = scale(R(1.0) / at->equilibrium.length, vec_of(at->reached.nodes[n].turn));
+        const rm_real share = at->loaded ? e->length * at->weights[n] : e->length;
+        const vec u = scale(R(1.0) / e->length, vec_of(at->reached.nodes[n].turn));
         add_lifts(&at->section, u, share, at->lifts);
         curvatures = along(curvatures, share, u);
-        sum += share;
     }
-    volumes_of(&at->section, pressure, at->lifts, sum, curvatures, at->features, volume);
+    if (free != R(0.0)) {
+        add_lifts(&at->section, at->free_curvature, free, at->lifts);
+    }
+    volumes_of(&at->section, pressure, at->lifts, e->length + free, curvatures, at->features, volume);
+    if (at->loaded) {
+        const vec base = scale(R(1.0) / e->length, vec_of(at->reached.nodes[0].turn));
+        const vec moment = linearise(&at->section, base, 0).moment;
+        const vec pull = pull_of(e, at->reached.unknown);
+        const vec push = into_body(at->reached.end.frame, along(pull, at->reached.load_fraction, e->loads.cap_force));
+        for (int k = 0; k < 3; k++) {
+            volume[k] += dot(moment, e->mount_slopes[k]) + dot(push, e->offset_slopes[k]);
+        }
+    }
     if (a->held_length != R(0.0)) {
-        /* Chambers keep over the held length what they have at rest. */
         static const rm_real none[3] = {R(0.0), R(0.0), R(0.0)};
         rm_real rest[3];
         contracted still = at->section;
         /* In the room of c phi'', which nobody keeps over this: stations and derivatives look at the offsets again. */
         contract(&at->rod->law, none, 0, at->features, at->section.bend, &still);
         memset(at->lifts, 0, (size_t)total * sizeof(rm_real));
-        add_lifts(&still, no_vec(), a->body_length, at->lifts);
-        volumes_of(&still, none, at->lifts, a->body_length, no_vec(), at->features, rest);
+        add_lifts(&still, no_vec(), a->held_length, at->lifts);
+        volumes_of(&still, none, at->lifts, a->held_length, no_vec(), at->features, rest);
         for (int k = 0; k < 3; k++) {
-            volume[k] = rest[k] + (R(1.0) - a->held_length / a->body_length) * (volume[k] - rest[k]);
+            volume[k] += rest[k];
         }
     }
 }
@@ -395,7 +406,7 @@ static int solve(solve_state *at, const rm_rod *rod, const rm_input *input, cons
     if (!is_good(input) || !is_usable(options)) {
         return fail(solution, RM_BAD_INPUT);
     }
-    begin(at, rod, input->pressure, options->steps, 0, workspace);
+    begin(at, rod, input->pressure, options->steps, 0, options->ask & RM_VOLUMES, workspace);
     return solve_begun(at, input, options, start, NULL, solution);
 }
 

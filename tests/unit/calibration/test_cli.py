@@ -76,6 +76,35 @@ def test_a_run_directory_of_another_run_is_refused(bad, run_directory):
     assert re.search(r"--out: .* holds a run with ", line)
 
 
+@pytest.mark.parametrize("content", [b"[1,2]", b"null", b"\xff\xfe"])
+def test_a_damaged_run_directory_is_told_in_one_line(bad, tmp_path, content):
+    (tmp_path / "run.json").write_bytes(content)
+    status, line = bad("run", "--out", str(tmp_path))
+    assert status == 2
+    assert re.search(r"--out: .*run\.json: got ", line)
+
+
+def test_a_damaged_path_is_told_in_one_line(bad, tmp_path, monkeypatch):
+    monkeypatch.setattr("calibration.sweep.trace_in_processes", lambda *arguments: iter([]))
+    path = tmp_path / "paths" / "000-train-named.jsonl"
+    path.parent.mkdir()
+    path.write_text("[]\n")
+    status, line = bad("run", "--out", str(tmp_path), "--paths", "1")
+    assert status == 2
+    assert re.search(r"--out: .*000-train-named\.jsonl, line 1: got \[\], expected a JSON object", line)
+
+
+def test_ctrl_c_ends_a_sweep_in_one_line(bad, tmp_path, monkeypatch):
+    def interrupted(*arguments):
+        raise KeyboardInterrupt
+        yield
+
+    monkeypatch.setattr("calibration.sweep.trace_in_processes", interrupted)
+    status, line = bad("run", "--out", str(tmp_path), "--paths", "1")
+    assert status == 130
+    assert line.strip() == "rodmodel-calibrate: interrupted; states in a run's directory are kept"
+
+
 @pytest.fixture(scope="module")
 def calibrated(run_directory, tmp_path_factory):
     """A calibration file of a few iterations, from the command line."""
@@ -116,6 +145,12 @@ def test_fit_begins_near_the_law_of_another_winding(calibrated, run_directory, t
     status, line = bad(*fitted, "--near", str(tmp_path / "none.json"))
     assert status == 2
     assert "none.json" in line
+    shipped = Path(rodmodel.__file__).parent / "calibrations" / "double-helix_psi90_pitch3.json"
+    status, line = bad(*fitted, "--near", str(shipped))
+    assert status == 2
+    for part in ("--near", "psi90", "a law with material.", "--near-another insists"):
+        assert part in line
+    assert not (tmp_path / "law.json").exists()
     assert main([*fitted, "--near", str(calibrated), "--iterations", "2"]) == 0
     provenance = rodmodel.read_calibration(tmp_path / "law.json").provenance
     assert provenance["training"]["ridges"] == 10

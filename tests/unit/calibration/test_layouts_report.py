@@ -88,6 +88,32 @@ def test_the_report_of_all_has_a_row_for_each_law_and_winding(ring, one_run, tmp
     assert 0 < alone["judged"] <= alone["states"]
 
 
+def test_a_law_without_equilibrium_somewhere_is_told_and_ends_with_3(ring, one_run, monkeypatch, capsys):
+    nowhere = {name: dict(row) if isinstance(row, dict) else row for name, row in ring.error.items()}
+    nowhere["moment_nm"]["worst"] = math.inf
+    monkeypatch.setattr(rodmodel, "shipped_calibrations", lambda: [ring])
+    monkeypatch.setattr("calibration.layouts_report.judge", lambda *_: nowhere)
+    status = main(["report", "--datasets", str(DATASETS), "--truth", str(one_run), "--json"])
+    printed = capsys.readouterr()
+    assert status == 3
+    assert (
+        json.loads(printed.out, parse_constant=pytest.fail)["maps"][0]["error"]["moment_nm"]["worst"] is None
+    )
+    assert printed.err == (
+        "rodmodel-calibrate report: ring, pitch 3 mm: the law has no equilibrium at some held-out states\n"
+    )
+
+
+def test_where_no_state_can_be_judged_the_judge_ends_with_3(one_run, capsys):
+    assert main(["judge", str(one_run), "--json"]) == 0
+    capsys.readouterr()
+    status = main(["judge", str(one_run), "--role", "fit", "--json"])
+    printed = capsys.readouterr()
+    assert status == 3
+    assert json.loads(printed.out)["judged"] == 0
+    assert "none of 0 states of fit runs can be judged" in printed.err
+
+
 @pytest.mark.parametrize(
     ("arguments", "named", "expected"),
     [

@@ -11,21 +11,19 @@ import numpy as np
 import pytest
 
 import rodmodel
-from calibration.adjusted_law import (
-    NAMES,
-    AdjustedLaw,
-    OuterWall,
-    adjusted_rod,
-    default_parameters,
-)
+from calibration.adjusted_law import NAMES, AdjustedLaw, adjusted_rod, adjustment_of, default_parameters
 from calibration.cli import main
 from calibration.identifiability import identify
 from calibration.measured import ANGLE, PLANE, POSITIONS, PRESSURES, Measured
-from calibration.measured_file import read_adjustment
-from calibration.measured_fit import Noise, fit_measured
+from calibration.measured_fit import fit_measured
+from calibration.measured_held_out import angle_errors
+from calibration.measured_residuals import Noise
 from calibration.profile import LowerMinimumError, profile_intervals
+from calibration.provenance import sha256
 from fem_reference import ActuatorGeometry, Ogden
-from rodmodel import LinearLaw, RidgeNetwork
+from rodmodel import CoreRod, LinearLaw, RidgeNetwork
+from rodmodel.cli import main as of_rod
+from rodmodel.io import OuterWall, adjusted, find, find_among, save_calibration
 
 OUTPUTS = (ANGLE, PLANE, *POSITIONS)
 TRUTH = np.array([1.0, 1.05, 0.93, 0.97, 600.0, -400.0, 300.0, 0.15, 0.0, -0.1])
@@ -238,17 +236,23 @@ def test_the_domain_is_in_pressures_as_they_are_read(rod):
     assert domain.pressure_sum_max == pytest.approx((rod.domain.pressure_sum_max - 6e3) / 1.2)
 
 
-def test_the_command_writes_parameters_that_a_rod_takes_up_and_draws(rod, exact, tmp_path, capsys):
-    file, out, picture = tmp_path / "data.csv", tmp_path / "mine.json", tmp_path / "residuals.png"
-    values = noisy(exact, np.random.default_rng(5)) * np.array([57.29577951, 57.29577951, 1e3, 1e3, 1e3])
+def write(file, pressure, values, separator=","):
+    """File of measurements, for people."""
+    table = np.concatenate([1e-3 * pressure, values * [57.29577951, 57.29577951, 1e3, 1e3, 1e3]], axis=1)
     with file.open("w", newline="") as stream:
-        writer = csv.writer(stream)
+        writer = csv.writer(stream, delimiter=separator)
         writer.writerow([*PRESSURES, *OUTPUTS])
-        writer.writerows(np.concatenate([1e-3 * ALL, values], axis=1).tolist())
+        writer.writerows(table.tolist())
+
+
+def test_the_command_writes_a_calibration_that_everything_takes_and_draws(rod, exact, tmp_path, capsys):
+    file, out, picture = tmp_path / "data.csv", tmp_path / "mine.json", tmp_path / "residuals.png"
+    write(file, ALL, noisy(exact, np.random.default_rng(5)))
     arguments = ["fit-measured", str(file), "--out", str(out), "--plot", str(picture)]
     assert main([*arguments, "--json"]) == 0
     record = json.loads(capsys.readouterr().out)
-    assert record["rows"] == 24
+    assert record["rows"] == record["states"] == 24
+    assert record["doubts"] == []
     assert [row["name"].removesuffix("_kpa") for row in record["parameters"]] == list(NAMES)
     assert record["not_identifiable"][0]["held"] == "stiffness_scale"
     before, after = (
@@ -257,20 +261,88 @@ def test_the_command_writes_parameters_that_a_rod_takes_up_and_draws(rod, exact,
     assert np.all(after < before)
     assert picture.read_bytes()[:4] == b"\x89PNG"
 
-    adjustment = read_adjustment(out)
-    assert adjustment.provenance["command"].startswith("rodmodel-calibrate fit-measured ")
-    solution = adjustment.rod().solve(ALL[3])
-    # The parameters' noise is a fraction of that of one measurement.
-    assert abs(float(solution.bending_angle) - exact[3, 0]) < NOISE.angle
-    given = [1e-3 * adjustment.parameters[4], *adjustment.parameters[7:]]
-    told = {row["name"]: row["value"] for row in record["parameters"]}
-    assert given == pytest.approx(
-        [told["pressure_offset_1_kpa"], *(told[f"wall_variation_{k}"] for k in (1, 2, 3))]
+    mine = rodmodel.read_calibration(out)
+    note = mine.provenance["adjustment"]
+    assert note["command"].startswith("rodmodel-calibrate fit-measured ")
+    assert note["base"] == "double-helix_psi0_pitch3.json"
+    shipped = Path(rodmodel.__file__).parent / "calibrations" / note["base"]
+    assert note["base_sha256"] == sha256(shipped)
+    assert note["fit"] == record
+    # The rod of the file is that of the parameters that were told, compiled and differentiable.
+    told = np.array(
+        [(1e3 if "offset" in row["name"] else 1.0) * row["value"] for row in record["parameters"]]
     )
+    wanted = adjusted_rod(rod, told).solve(ALL[3])
+    compiled = rodmodel.load_core("double-helix", path=out)
+    for rod_of_file in (compiled, rodmodel.load("double-helix", path=out)):
+        came = rod_of_file.solve(ALL[3])
+        np.testing.assert_allclose(came.tip_position, wanted.tip_position, rtol=0, atol=1e-9)
+        assert bool(came.in_domain)
+    # The parameters' noise is a fraction of that of one measurement, and the bound holds both.
+    assert abs(float(wanted.bending_angle) - exact[3, 0]) < NOISE.angle
+    assert 1.2 * NOISE.angle < compiled.angle_error < 4.0 * NOISE.angle
+    assert compiled.angle_error == mine.error["measured_angle_rad"]["p90"]
+    assert mine.error["measured_angle_rad"]["states"] == 24
 
-    out.write_text(json.dumps({**json.loads(out.read_text()), "version": 2}))
-    with pytest.raises(ValueError, match=r"mine\.json: got schema .* version 2, expected a file of"):
-        read_adjustment(out)
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["predict", "--pressure-kpa", "20", "0", "0"],
+        ["inverse", "--bending-angle-deg", "30", "--bending-plane-deg", "180"],
+        ["workspace", "--samples", "200"],
+    ],
+)
+def test_the_command_line_takes_the_file(tmp_path, capsys, arguments):
+    file = tmp_path / "mine.json"
+    save_calibration(adjusted(find("double-helix", 0.0, 3e-3), adjustment_of(TRUTH), {}, {}), file)
+    assert of_rod([*arguments, "--calibration", str(file), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["not_converged"] == 0 if "samples" in answer else answer["converged"]
+
+
+def test_rows_that_are_repeated_tell_no_more_than_one(rod, exact):
+    once = fit_measured(rod, rows(ALL, exact), NOISE)
+    nine = fit_measured(rod, rows(np.tile(ALL, (9, 1)), np.tile(exact, (9, 1))), NOISE)
+    np.testing.assert_allclose(nine.standard_error, once.standard_error, rtol=1e-6)
+    np.testing.assert_allclose(nine.interval, once.interval, rtol=1e-6, atol=1e-6)
+    assert nine.repeats.rows == 216
+    np.testing.assert_allclose(nine.repeats.scatter, 0.0, atol=1e-12)
+
+
+def test_states_left_out_are_predicted_as_a_fit_without_them_does(rod, exact):
+    values = noisy(exact, np.random.default_rng(2))
+    found = fit_measured(rod, rows(ALL, values), NOISE)
+    for state in (3, 10, 22):
+        others = np.delete(np.arange(len(ALL)), state)
+        without = fit_measured(rod, rows(ALL[others], values[others]), NOISE)
+        mine = adjusted(find("double-helix", 0.0, 3e-3), adjustment_of(without.parameters), {}, {})
+        there = CoreRod.of(find_among([mine], "double-helix", 0.0, 3e-3)).solve(ALL[state], throw=False)
+        off = values[state] - [there.bending_angle, there.bending_plane, *there.tip_position]
+        off[1] = (off[1] + np.pi) % (2 * np.pi) - np.pi
+        # To the law's curvature within the noise: a tenth of a standard deviation of one measurement.
+        weighted = (found.held_out[state] - off) * found.weight[state]
+        assert np.max(np.abs(weighted)) < 0.35, weighted
+        in_fit = (found.adjusted[state] - off) * found.weight[state]
+        assert np.linalg.norm(weighted) < 0.5 * np.linalg.norm(in_fit)
+
+
+def test_the_tip_tells_the_angle_where_that_was_not_measured():
+    # An arc of length 60 mm: the tip's way from 1.0 to 1.02 rad, and from 0 to 0.02.
+    length, angle = 0.06, np.array([1.0, 0.0])
+
+    def tip(theta):
+        theta = np.maximum(theta, 1e-9)
+        return np.stack([-length * (1 - np.cos(theta)) / theta, 0 * theta, length * np.sin(theta) / theta], 1)
+
+    off = tip(angle + 0.02) - tip(angle)
+    measured = Measured(np.zeros((2, 3)), POSITIONS, off, None, None, (2, 3))
+    np.testing.assert_allclose(angle_errors(off, angle + 0.01, measured, length), 0.02, rtol=2e-3)
+    only = Measured(np.zeros((2, 3)), (PLANE,), off[:, :1], None, None, (2, 3))
+    with pytest.raises(
+        ValueError, match="got bending_plane_deg, expected bending_angle_deg, or all of tip_x"
+    ):
+        angle_errors(off[:, :1], angle, only, length)
 
 
 def test_the_template_in_the_docs_is_read_and_fitted(rod):

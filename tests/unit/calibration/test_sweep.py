@@ -9,7 +9,8 @@ from manufactured_cell import ManufacturedTracer, potential
 
 from calibration.design import LoadingPath
 from calibration.path_file import PathWriter, read_path
-from calibration.sweep import SweepError, run_sweep
+from calibration.sweep import run_sweep
+from calibration.sweep_errors import SweepError
 from calibration.tracing import HALVINGS, RETRY_SUBDIVISION, trace_path
 from fem_reference import Load
 
@@ -173,9 +174,14 @@ def test_an_existing_cluster_traces_paths_for_a_folder_that_it_need_not_see(tmp_
 
 
 def test_a_scheduler_that_does_not_answer_is_told(tmp_path, monkeypatch):
-    monkeypatch.setattr("calibration.sweep._CONNECT", 0.5)
+    monkeypatch.setattr("calibration.cluster._CONNECT", 0.5)
     with pytest.raises(SweepError, match=r"no scheduler answers at tcp://127\.0\.0\.1:9"):
         run_sweep(ManufacturedTracer(), [ramp()], tmp_path, scheduler="tcp://127.0.0.1:9")
+
+
+def test_a_scheduler_with_tls_is_not_reached_without_the_keys(tmp_path):
+    with pytest.raises(SweepError, match=r"no scheduler answers at tls://127\.0\.0\.1:9: TLS expects"):
+        run_sweep(ManufacturedTracer(), [ramp()], tmp_path, scheduler="tls://127.0.0.1:9")
 
 
 def test_a_path_on_which_workers_die_ends_the_sweep_and_keeps_what_was_found(tmp_path):

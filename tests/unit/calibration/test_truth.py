@@ -2,12 +2,24 @@
 
 import json
 import math
+import re
+import shutil
 
 import numpy as np
 import pytest
 
 from calibration.cli import main
-from calibration.truth import STATIONS, TruthError, case_of, gather, load_truth, merged, trace
+from calibration.dataset import save_dataset
+from calibration.truth import (
+    STATIONS,
+    TruthError,
+    case_of,
+    gather,
+    load_truth,
+    merged,
+    trace,
+    truth_level,
+)
 from calibration.truth_cases import TruthCase, cases
 from fem_reference import ActuatorLoad, DoubleHelix, Thread
 from fem_reference.actuator_run import RunError
@@ -130,3 +142,56 @@ def test_bad_input_is_told_in_one_line(arguments, named, came, tmp_path, monkeyp
     assert told.count("\n") == 1
     assert named in told
     assert came in told
+
+
+def test_a_mesh_of_ones_own_is_told_by_its_counts(runs, tmp_path):
+    directory, _ = runs
+    found = gather(directory, [SMALL])
+    save_dataset(found, tmp_path / "truth.nc")
+    assert truth_level(load_truth(tmp_path / "truth.nc")) == TINY
+    assert json.loads(found.attrs["mesh"])["outer_arc"] == TINY.outer_arc
+    with pytest.raises(RunError, match="another mesh"):
+        trace(SMALL, directory, "coarse", "on another mesh")
+    with pytest.raises(TruthError, match="expected one mesh"):
+        merged(found.assign_attrs(mesh="coarse"), found)
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("run.json", b"[1,2]"),
+        ("run.json", b"null"),
+        ("run.json", b"\xff"),
+        ("run.json", b'{"role": "fit", "winding": "", "mesh": "fine"}'),
+        ("provenance.json", b""),
+        ("provenance.json", b"{}"),
+        ("step_0001.json", b'{"pressure_kpa": [1'),
+        ("step_0002.json", b"{}"),
+    ],
+)
+def test_a_damaged_run_is_told_by_its_file(runs, tmp_path, name, content):
+    shutil.copytree(runs[0], tmp_path / "truth")
+    (tmp_path / "truth" / "small" / name).write_bytes(content)
+    with pytest.raises(TruthError, match=rf"^truth: .*{re.escape(name)}") as caught:
+        gather(tmp_path / "truth", [SMALL])
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("damage", "told"),
+    [
+        (lambda truth: truth.drop_attrs(), "mesh"),
+        (lambda truth: truth.assign_attrs(mesh="{broken"), "mesh"),
+        (lambda truth: truth.assign_attrs(runs="[]"), "runs: got [], expected a JSON object"),
+        (lambda truth: truth.isel(state=slice(0)), "got no states"),
+        (lambda truth: truth.assign(volume=np.nan * truth["volume"]), "volume: got nan in state 0"),
+        (lambda truth: truth.isel(chamber=slice(2)), "pressure: got float64 of (2, 2)"),
+        (lambda truth: truth.assign(role=("state", ["a", "fit"])), "role: got 'a'"),
+    ],
+)
+def test_a_damaged_file_is_told_in_one_line(runs, tmp_path, damage, told):
+    file = tmp_path / "truth.nc"
+    save_dataset(damage(gather(runs[0], [SMALL])), file)
+    with pytest.raises(TruthError, match=rf"^truth: .*truth\.nc: .*{re.escape(told)}") as caught:
+        load_truth(file)
+    assert "\n" not in str(caught.value)

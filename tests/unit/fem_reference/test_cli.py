@@ -95,6 +95,8 @@ def test_every_layout_is_taken_and_drawn(layout, lines, tmp_path, capsys):
         ([*QUICK[1:], "--elements", "huge"], "--elements", "'huge'"),
         ([*QUICK[1:], "--end-compliance-mm-per-n", "-0.2"], "--end-compliance-mm-per-n", "-0.0002"),
         ([*QUICK[1:], "--vtk", "no/such/folder/cell.vtu"], "--vtk", "no/such/folder"),
+        ([*QUICK[1:], "--plot", "no/such/folder/cell.png"], "--plot", "no/such/folder"),
+        ([*QUICK[1:], "--plot", "cell.txt"], "--plot", "'cell.txt'"),
         ([*QUICK[1:], "--moment-nmm", "0", "1", "0", "--curvature-per-m", "0", "1", "0"], "moment", "both"),
     ],
 )

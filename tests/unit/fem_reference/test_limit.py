@@ -67,7 +67,7 @@ def test_the_limit_is_told_and_kept(short, tmp_path, limit):
     )
     run = ActuatorRun(tmp_path, {"case": 1})
     run._save(state, 1)
-    kept, done = run._checkpoint(short, [load])
+    kept, done = run.checkpoint(short, [load])
     assert done == 1
     assert kept.settled.jumped is state.settled.jumped
     np.testing.assert_equal(kept.settled.limit_pressure, limit)

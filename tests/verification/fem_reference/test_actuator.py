@@ -155,8 +155,10 @@ def test_a_run_that_was_cut_short_ends_as_if_it_had_not_been(short, tmp_path):
     next(states)
     states.close()
     # What a kill in the middle of writing leaves behind.
-    (tmp_path / "cut" / "state.npz.part").write_bytes(b"half")
+    part = tmp_path / "cut" / ".1-0a.part"
+    part.write_bytes(b"half")
     again = ActuatorRun(tmp_path / "cut", {"case": 1})
+    assert not part.exists()
     assert len(again.records()) == 1
     assert len(list(again.states(Actuator(SHORT, level=TINY), loads))) == 2
     for a, b in zip(whole.records(), again.records(), strict=True):

@@ -1,5 +1,6 @@
-"""A run that is killed outright, with SIGKILL, and started again ends as one that was left alone."""
+"""A run that is stopped, by SIGKILL or Ctrl-C, and started again ends as one that was left alone."""
 
+import json
 import os
 import signal
 import subprocess
@@ -8,107 +9,157 @@ import time
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 
+from calibration.dataset import attributes, load_dataset
 from calibration.path_file import read_path
-from fem_reference.actuator_run import ActuatorRun
 
 WAIT = 300.0
+SIGNALS = [signal.SIGKILL, signal.SIGINT]
 
+# Workers begin with the script too, so that they have its mesh.
 ACTUATOR = """
 import sys
-from fem_reference import Actuator, ActuatorGeometry, ActuatorLoad
-from fem_reference.actuator_run import ActuatorRun
+import fem_reference.cli._actuator
+from fem_reference import LEVELS, ActuatorGeometry
+from fem_reference.cli import main
 from tests.fem_fixtures import TINY
 
+LEVELS["coarse"] = TINY
+SHORT = ActuatorGeometry(body_length=9e-3, cap_length=3e-3)
+fem_reference.cli._actuator.read_geometry = lambda options: SHORT
+fem_reference.cli._actuator._STEP_KPA = 1.0
+
 if __name__ == "__main__":
-    actuator = Actuator(ActuatorGeometry(body_length=9e-3, cap_length=3e-3), level=TINY)
-    loads = [ActuatorLoad((p, 0.5 * p, 0.0)) for p in (1e3, 2e3, 3e3, 4e3)]
-    list(ActuatorRun(sys.argv[1], {"case": 1}).states(actuator, loads))
+    sys.exit(main(["actuator", "--pressure-kpa", "4", "2", "0", "--run", sys.argv[1], "--json"]))
 """
 
 SWEEP = """
 import sys
-from pathlib import Path
-from calibration.design import LoadingPath
-from calibration.sweep import run_sweep
-from calibration.tracing import CellTracer
-from fem_reference import ActuatorGeometry, DoubleHelix, Load
+from calibration.cli import main
+from fem_reference import LEVELS
 from tests.fem_fixtures import TINY
 
+LEVELS["coarse"] = TINY
+
 if __name__ == "__main__":
-    paths = [
-        LoadingPath(f"{k:03d}", "train", tuple(Load((1e3 * p, 1e3 * k, 0.0)) for p in (1, 2, 3, 4)))
-        for k in range(2)
-    ]
-    run_sweep(CellTracer(ActuatorGeometry(), DoubleHelix(), TINY), paths, Path(sys.argv[1]), workers=1)
+    sizes = ["--paths", "2", "--workers", "1", "--pressure-max-kpa", "12", "12", "12"]
+    sys.exit(main(["run", "--out", sys.argv[1], *sizes, "--moment-max-nmm", "1", "--torque-max-nmm", "1"]))
 """
 
 
 def start(script: Path, directory: Path) -> subprocess.Popen:
-    """The script in a process group of its own, so that its workers are killed with it."""
+    """The script in a process group of its own, as a terminal's foreground."""
     root = Path(__file__).parents[3]
     return subprocess.Popen(
-        [sys.executable, script, directory], cwd=root, start_new_session=True, env=_env(root)
+        [sys.executable, script, directory],
+        cwd=root,
+        start_new_session=True,
+        env={**os.environ, "PYTHONPATH": str(root), "OMP_NUM_THREADS": "1"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
     )
 
 
-def _env(root: Path) -> dict[str, str]:
-    return {**os.environ, "PYTHONPATH": str(root), "OMP_NUM_THREADS": "1"}
+def ended(script: Path, directory: Path) -> dict[str, object]:
+    """Let the script end, and return the object that it prints, if any."""
+    process = start(script, directory)
+    out, err = process.communicate(timeout=WAIT)
+    assert process.returncode == 0, err
+    return json.loads(out) if out.startswith("{") else {}
 
 
-def kill_when(process: subprocess.Popen, begun) -> None:
-    """Kill the process as soon as ``begun()`` holds; it must not have ended by itself before."""
+def stop_when(process: subprocess.Popen, begun, how: signal.Signals) -> None:
+    """Stop the process as soon as ``begun()`` holds; it must not have ended by itself before.
+
+    SIGKILL comes to it alone, Ctrl-C to all of its group. Either way none of its processes is left.
+    """
     deadline = time.monotonic() + WAIT
     while not begun():
-        assert process.poll() is None, "the run ended before it could be killed"
+        assert process.poll() is None, process.communicate()[1]
         assert time.monotonic() < deadline, "the run did not begin"
         time.sleep(0.01)
-    os.killpg(process.pid, signal.SIGKILL)
-    assert process.wait(WAIT) == -signal.SIGKILL
+    family = psutil.Process(process.pid).children(recursive=True)
+    if how == signal.SIGKILL:
+        process.kill()
+    else:
+        os.killpg(process.pid, how)
+    _, err = process.communicate(timeout=WAIT)
+    if how == signal.SIGKILL:
+        assert process.returncode == -signal.SIGKILL
+    else:
+        assert process.returncode == 130
+        assert "interrupted" in err
+        assert err.count("\n") == 1, err
+    assert psutil.wait_procs(family, timeout=WAIT)[1] == []
 
 
-@pytest.fixture
-def script(tmp_path):
+@pytest.fixture(scope="module")
+def script(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("scripts")
+
     def write(text: str) -> Path:
-        file = tmp_path / "script.py"
+        file = folder / f"script_{len(text)}.py"
         file.write_text(text)
         return file
 
     return write
 
 
-def test_a_killed_run_of_the_actuator_ends_as_one_left_alone(script, tmp_path):
-    file = script(ACTUATOR)
-    assert start(file, tmp_path / "whole").wait(WAIT) == 0
-    kill_when(start(file, tmp_path / "cut"), lambda: (tmp_path / "cut" / "step_0002.json").exists())
-    kept = len(ActuatorRun(tmp_path / "cut", {"case": 1}).records())
-    assert 2 <= kept < 4
-    before = (tmp_path / "cut" / "step_0001.json").stat().st_mtime_ns
-    assert start(file, tmp_path / "cut").wait(WAIT) == 0
+@pytest.fixture(scope="module")
+def actuator(script, tmp_path_factory):
+    """A run of the actuator that was left alone, and what it printed."""
+    directory = tmp_path_factory.mktemp("actuator") / "run"
+    return directory, ended(script(ACTUATOR), directory)
+
+
+@pytest.fixture(scope="module")
+def sweep(script, tmp_path_factory):
+    """A run directory of a sweep that was left alone."""
+    directory = tmp_path_factory.mktemp("sweep") / "run"
+    ended(script(SWEEP), directory)
+    return directory
+
+
+@pytest.mark.parametrize("how", SIGNALS)
+def test_a_stopped_run_of_the_actuator_ends_as_one_left_alone(script, actuator, tmp_path, how):
+    whole, told = actuator
+    cut = tmp_path / "run"
+    stop_when(start(script(ACTUATOR), cut), (cut / "step_0002.json").exists, how)
+    assert len(list(cut.glob("step_*.json"))) < 4
+    before = (cut / "step_0001.json").stat().st_mtime_ns
+    again = ended(script(ACTUATOR), cut)
     # What was finished was not done again.
-    assert (tmp_path / "cut" / "step_0001.json").stat().st_mtime_ns == before
-    whole, cut = (ActuatorRun(tmp_path / name, {"case": 1}).records() for name in ("whole", "cut"))
-    assert len(cut) == len(whole) == 4
-    for a, b in zip(whole, cut, strict=True):
-        # The Newton iterations end at residual forces of 1e-9 N.
+    assert (cut / "step_0001.json").stat().st_mtime_ns == before
+    assert sorted(file.name for file in cut.iterdir()) == sorted(file.name for file in whole.iterdir())
+    # The Newton iterations end at residual forces of 1e-9 N.
+    np.testing.assert_allclose(again["tip_position_mm"], told["tip_position_mm"], atol=1e-6)
+    for name in sorted(file.name for file in whole.glob("step_*.json")):
+        a, b = (json.loads((run / name).read_text()) for run in (whole, cut))
         np.testing.assert_allclose(b["tip_position_mm"], a["tip_position_mm"], atol=1e-6)
 
 
-def test_a_killed_sweep_ends_as_one_left_alone(script, tmp_path):
-    file = script(SWEEP)
-    assert start(file, tmp_path / "whole").wait(WAIT) == 0
-    second = tmp_path / "cut" / "paths" / "001.jsonl"
-    kill_when(start(file, tmp_path / "cut"), lambda: len(read_path(second).states) >= 2)
-    finished = read_path(tmp_path / "cut" / "paths" / "000.jsonl")
+@pytest.mark.parametrize("how", SIGNALS)
+def test_a_stopped_sweep_ends_as_one_left_alone(script, sweep, tmp_path, how):
+    cut = tmp_path / "run"
+    paths = sorted(file.name for file in (sweep / "paths").iterdir())
+    first, second = (cut / "paths" / name for name in paths)
+    stop_when(start(script(SWEEP), cut), lambda: len(read_path(second).states) >= 2, how)
+    finished = read_path(first)
     assert finished.end == {"attempts": 1}
     assert read_path(second).end is None
-    assert start(file, tmp_path / "cut").wait(WAIT) == 0
-    assert read_path(tmp_path / "cut" / "paths" / "000.jsonl") == finished
-    for name in ("000", "001"):
-        whole, cut = (read_path(tmp_path / run / "paths" / f"{name}.jsonl") for run in ("whole", "cut"))
-        assert cut.end == whole.end
-        for a, b in zip(whole.states, cut.states, strict=True):
-            assert a["pressure"] == b["pressure"]
-            # Traced again from rest, by the same iterations.
-            np.testing.assert_allclose(b["curvature"], a["curvature"], atol=1e-6)
+    ended(script(SWEEP), cut)
+    assert read_path(first) == finished
+    whole, resumed = (load_dataset(run / "dataset.nc") for run in (sweep, cut))
+    assert sorted(file.name for file in cut.iterdir()) == ["dataset.nc", "paths", "run.json"]
+    # Traced again from rest, by the same iterations; only the directory's name and the time are others.
+    for name in set(whole.data_vars) - {"seconds"}:
+        if whole[name].dtype.kind == "f":
+            np.testing.assert_allclose(resumed[name], whole[name], rtol=1e-9, atol=1e-9)
+        else:
+            np.testing.assert_array_equal(resumed[name], whole[name])
+    expected, found = attributes(whole), attributes(resumed)
+    assert expected.pop("command").replace(str(sweep), str(cut)) == found.pop("command")
+    assert found == expected

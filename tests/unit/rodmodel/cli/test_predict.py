@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import matplotlib
 import numpy as np
 import pytest
 
@@ -190,6 +191,20 @@ def test_a_picture_is_written_beside_the_json(predict: Any, tmp_path: Path) -> N
     assert (status, err) == (GOOD, "")
     assert json.loads(out)["converged"]
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_loads_and_the_base_are_in_the_picture(
+    predict: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(matplotlib.rcParams, "svg.fonttype", "none")
+    picture = tmp_path / "bent.svg"
+    loads = ["--tip-force-n", "0", "0.003", "0.004", "--gravity", "0", "0", "-9.81"]
+    base = ["--base-position-mm", "0", "0", "100", "--base-rotation-deg", "180", "0", "0"]
+    status, _, err = predict("--pressure-kpa", "30", "0", "0", *loads, *base, "--plot", str(picture))
+    assert (status, err) == (GOOD, "")
+    text = picture.read_text()
+    for wanted in (">0.005 N<", ">gravity 9.81 m/s²<", "along the axis of the base [mm]", "30 / 0 / 0 kPa"):
+        assert wanted in text
 
 
 def test_the_command_itself_predicts_without_jax_or_matplotlib(file: Path, rod: rodmodel.CoreRod) -> None:

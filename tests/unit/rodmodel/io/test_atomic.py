@@ -3,12 +3,16 @@
 import errno
 import io
 import os
+import signal
 import stat
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-from rodmodel.io import write_atomically
+from rodmodel.io import atomic_part, drop_parts, write_atomically
+from tests.faults import full_disk, killed_at_every_write
 
 
 @pytest.fixture
@@ -115,3 +119,92 @@ def test_a_place_that_takes_no_file_raises(tmp_path: Path, name: str) -> None:
     with pytest.raises(OSError, match=r"Is a directory|No such file"):
         write_atomically(tmp_path / name, "text")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_bytes_are_written_as_they_are(file: Path) -> None:
+    write_atomically(file, b"\xff\r\n")
+    assert file.read_bytes() == b"\xff\r\n"
+
+
+def test_a_library_writes_to_a_part_that_takes_the_name_at_the_end(file: Path) -> None:
+    with atomic_part(file) as part:
+        part.write_text("new")
+        assert part.parent == file.parent
+        assert file.read_text() == "old"
+    assert file.read_text() == "new"
+    assert list(file.parent.iterdir()) == [file]
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
+def test_an_error_of_the_library_leaves_the_old_file_and_no_part(
+    file: Path, error: type[BaseException]
+) -> None:
+    def write() -> None:
+        with atomic_part(file) as part:
+            part.write_text("half")
+            raise error
+
+    with pytest.raises(error):
+        write()
+    assert file.read_text() == "old"
+    assert list(file.parent.iterdir()) == [file]
+
+
+def test_a_full_disk_leaves_the_old_file(file: Path) -> None:
+    with full_disk(1024), pytest.raises(OSError, match="too large"):
+        write_atomically(file, "n" * 1025)
+    assert file.read_text() == "old"
+    assert list(file.parent.iterdir()) == [file]
+
+
+def test_a_kill_at_any_touch_of_the_disk_leaves_a_whole_file(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = []
+
+    def after(attempt: int) -> None:
+        found.append(file.read_text())
+        drop_parts(file.parent)
+        assert list(file.parent.iterdir()) == [file]
+        file.write_text("old")
+
+    kills = killed_at_every_write(monkeypatch, lambda attempt: write_atomically(file, "new"), after)
+    # Before a part is begun, opened, opened again to be synced, synced, renamed; then the folder is synced.
+    assert kills == 6
+    assert found == ["old"] * 5 + ["new"] * 2
+
+
+# Kills itself with SIGKILL before the touch of the disk whose number it is given.
+SCRIPT = """
+import os, signal, sys
+from pathlib import Path
+from rodmodel.io import write_atomically
+
+left = iter(range(int(sys.argv[2])))
+
+def counted(function):
+    def call(*arguments, **options):
+        if next(left, None) is None:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return function(*arguments, **options)
+    return call
+
+for name in ("touch", "open", "replace"):
+    setattr(Path, name, counted(getattr(Path, name)))
+os.fsync = counted(os.fsync)
+write_atomically(sys.argv[1], "new")
+"""
+
+
+def test_sigkill_at_any_touch_of_the_disk_leaves_a_whole_file(file: Path) -> None:
+    for touches in range(20):
+        before = file.read_text()
+        done = subprocess.run([sys.executable, "-c", SCRIPT, file, str(touches)], check=False, timeout=60)
+        if done.returncode == 0:
+            break
+        assert done.returncode == -signal.SIGKILL
+        assert file.read_text() in (before, "new")
+    assert touches >= 5
+    assert file.read_text() == "new"
+    drop_parts(file.parent)
+    assert list(file.parent.iterdir()) == [file]

@@ -95,8 +95,8 @@ WRONG_VALUES = [
     ("actuator.tip_offset_m", -0.07, "-0.07", "expected at most the body's length, 0.06 m"),
     ("actuator.tip_offset_curvature_per_m", 0.0, "0.0", "expected a number from 1e-06 to 1e+06 1/m"),
     ("actuator.shear_compliance_per_n", -0.1, "-0.1", "expected a number from 0 to 10000 1/N"),
-    ("section_law.kind", "spline", "'spline'", '"ridge-network" or "oriented-ridge-network"'),
-    ("section_law.kind", ["ridge-network"], "['ridge-network']", '"ridge-network" or'),
+    ("section_law.kind", "spline", "'spline'", '"ridge-network", "oriented-ridge-network" or'),
+    ("section_law.kind", ["ridge-network"], "['ridge-network']", '"ridge-network", "oriented'),
     ("section_law.kind", "free-state-expansion", "'free-state-expansion', a kind that is no longer", "anew"),
     # Files from before the profile was changed do not name it.
     ("section_law.ridge_slope", REMOVED, "nothing", 'expected "(1 + z^2)^-2"'),

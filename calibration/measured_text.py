@@ -1,0 +1,93 @@
+"""The text of a file of measurements as cells: encodings, separators and decimal commas of spreadsheets."""
+
+import csv
+import io
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+_SEPARATORS = (";", "\t", ",")
+_DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
+_BYTE_ORDER_MARKS = (b"\xff\xfe", b"\xfe\xff")
+
+
+class MeasuredError(ValueError):
+    """A file of measurements that cannot be used; the message is one line with the line's number."""
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Lines that are not empty and not remarks: their numbers in the file and their cells; columns alike.
+
+    Attributes
+    ----------
+    separator : between cells, as it was found.
+    rows : line and cells, decimal commas made points where the separator is none.
+    """
+
+    separator: str
+    rows: list[tuple[int, list[str]]]
+
+
+def read_cells(file: Path) -> Cells:
+    """Read the cells of a text file that a spreadsheet or a program wrote.
+
+    The separator is a semicolon, a tab or a comma: the first of these that the first line with names has.
+    With semicolons and tabs, a comma between digits is a decimal comma, as in files of German Excel. Columns
+    that are empty from top to bottom, as spreadsheets append them, are left out.
+
+    Parameters
+    ----------
+    file : in UTF-8, UTF-16 with its mark, or the Western code page of Windows.
+
+    Raises
+    ------
+    MeasuredError
+        Where it cannot be read, or has no line.
+    """
+    try:
+        content = file.read_bytes()
+    except OSError as error:
+        raise MeasuredError(f"{file}: got {error.strerror}, expected a readable CSV file") from error
+    if content.startswith(b"PK\x03\x04"):
+        raise MeasuredError(f"{file}: got a workbook, expected a CSV file: save the sheet as one")
+    try:
+        text = _decoded(content)
+    except UnicodeDecodeError as error:
+        raise MeasuredError(f"{file}: got {error}, expected a CSV file in UTF-8") from error
+    lines = text.splitlines()
+    told = next((line[4] for line in lines[:1] if line.lower().startswith("sep=") and len(line) == 5), None)
+    if told is not None:
+        lines[0] = ""
+    of_names = next(
+        (line for line in lines if line.strip() and not line.lstrip().startswith(("#", '"#'))), ""
+    )
+    separator = told or next((mark for mark in _SEPARATORS if mark in of_names), ",")
+    try:
+        reader = csv.reader(io.StringIO("\n".join(lines)), delimiter=separator)
+        rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader]
+    except csv.Error as error:
+        raise MeasuredError(f"{file}: got {error}, expected a CSV file") from error
+    rows = [(line, row) for line, row in rows if any(row) and not row[0].startswith("#")]
+    if not rows:
+        raise MeasuredError(f"{file}: line 1: got an empty file, expected names of columns")
+    if separator != ",":
+        rows = [(line, [_with_point(cell) for cell in row]) for line, row in rows]
+    most = max(len(row) for _, row in rows)
+    filled = [n for n in range(most) if any(n < len(row) and row[n] for _, row in rows)]
+    last = max(filled) + 1
+    return Cells(separator, [(line, row[:last]) for line, row in rows])
+
+
+def _decoded(content: bytes) -> str:
+    if content.startswith(_BYTE_ORDER_MARKS):
+        return content.decode("utf-16")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        # Of Windows' programs; it has names for nearly all bytes, so it comes last.
+        return content.decode("cp1252")
+
+
+def _with_point(cell: str) -> str:
+    return cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell) else cell

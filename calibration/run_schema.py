@@ -1,0 +1,123 @@
+"""What files of sweeps hold, key by key: of a run directory, and of a dataset's attributes.
+
+Ranges keep out what no actuator has; they say nothing of a good result.
+"""
+
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any
+
+from fem_reference import (
+    FLAG,
+    ActuatorGeometry,
+    Kind,
+    Numbers,
+    Object,
+    OneOf,
+    Text,
+    level_from_record,
+    refuse_faults,
+)
+from rodmodel import Domain
+
+_LENGTH = Numbers(0.0, 10.0, "m")
+_PRESSURE, _MOMENT = Numbers(0.0, 1e8, "Pa"), Numbers(0.0, 1e6, "N m")
+
+_GEOMETRY = Object(
+    {field.name: _LENGTH for field in fields(ActuatorGeometry) if field.name != "outer_wall_variation"}
+)
+_DOMAIN = Object(
+    {
+        "pressure_max": Numbers(0.0, 1e8, "Pa", (3,)),
+        "pressure_sum_max": _PRESSURE,
+        "moment_max": _MOMENT,
+        "torque_max": Numbers(0.0, 1e6, "N m", null=True),
+    }
+)
+_WINDING = Object(
+    {
+        "psi": Numbers(-100.0, 100.0, "rad", optional=True),
+        "pitch": Numbers(1e-6, 1.0, "m", optional=True),
+        "spacing": Numbers(1e-6, 1.0, "m", optional=True),
+    }
+)
+
+# What tells a winding of each layout.
+_WOUND = {
+    "double-helix": {"psi", "pitch"},
+    "six-helix": {"psi", "pitch"},
+    "ring": {"spacing"},
+    "none": set(),
+}
+
+#: Of ``run.json``. The mesh is a name or counts: `level_from_record`.
+RUN_KEYS: Mapping[str, Kind] = {
+    "layout": OneOf(tuple(_WOUND)),
+    "winding": _WINDING,
+    "orientations": Numbers(-100.0, 100.0, "rad", (2,), optional=True),
+    "geometry": _GEOMETRY,
+    "body_area_m2": Numbers(1e-12, 100.0, "m²"),
+    "end_compliance": Numbers(0.0, 1e3, "m/N"),
+    "domain": _DOMAIN,
+    "seed": Numbers(-(2**63), 2**63, whole=True),
+    "mirror": FLAG,
+    "pressure_step": _PRESSURE,
+    "material": Object({"body": Object(optional=True), "thread": Object(optional=True)}),
+    "command": Text(),
+    "code_version": Text(),
+    "date": Text(),
+}
+
+#: Of a dataset's attributes.
+DATASET_KEYS: Mapping[str, Kind] = {
+    **RUN_KEYS,
+    "failures": Object(),
+    "unstable": Object(),
+    "paths": Numbers(0, 1e9, whole=True),
+}
+
+#: Of a state, in a path's file.
+STATE_KEYS: Mapping[str, Kind] = {
+    "pressure": Numbers(0.0, 1e8, "Pa", (3,)),
+    "moment": Numbers(-1e6, 1e6, "N m", (3,)),
+    "applied_moment": Numbers(-1e6, 1e6, "N m", (3,)),
+    "curvature": Numbers(-1e6, 1e6, "1/m", (3,)),
+    "energy": Numbers(-1e9, 1e9, "J/m"),
+    "volume": Numbers(-10.0, 10.0, "m²", (3,)),
+    "hessian": Numbers(-1e9, 1e9, "", (6, 6)),
+    "iterations": Numbers(0, 1e9, whole=True),
+    "stable": Numbers(-1, 1, whole=True),
+    "jumped": Numbers(0, 1, whole=True),
+    "attempt": Numbers(1, 2, whole=True),
+    "seconds": Numbers(-1e9, 1e9, "s"),
+}
+
+#: Of a path's last line: why it ended early, if it did.
+END_KEYS: Mapping[str, Kind] = {
+    "end": Object(
+        {
+            "attempts": Numbers(1, 2, whole=True),
+            "failure": Text(optional=True),
+            "unstable": Object(null=True, optional=True),
+            "reached": Object(null=True, optional=True),
+        }
+    )
+}
+
+
+def refuse_run(run: Mapping[str, Any]) -> None:
+    """Raise a ValueError or a TypeError where a dataset's attributes do not describe a sweep.
+
+    Parameters
+    ----------
+    run : attributes, their JSON read.
+    """
+    refuse_faults(run, "attributes", DATASET_KEYS)
+    level_from_record(run.get("mesh"), "attributes: mesh")
+    ActuatorGeometry(**run["geometry"])
+    domain = run["domain"]
+    Domain(
+        tuple(domain["pressure_max"]), domain["pressure_sum_max"], domain["moment_max"], domain["torque_max"]
+    )
+    if missing := _WOUND[run["layout"]] - set(run["winding"]):
+        raise ValueError(f"attributes: winding: got no {', '.join(sorted(missing))}, expected it")

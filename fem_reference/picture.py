@@ -1,0 +1,90 @@
+"""A deformed skin with the thread on it, seen at right angles to a bending plane. Lengths in mm."""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgb
+from scipy.spatial import cKDTree
+
+SILICONE, THREAD = "#edcc9e", "#1f4e79"
+# The thread lies below the skin in truth; in the picture, by this above it, and so wide [mm].
+_LIFT, _WIDTH = 0.4, 0.22
+# By so much nearer to the eye than it is, for the skin between two turns bulges [mm].
+_NEARER = 1.5
+_AMBIENT = 0.55
+
+
+class View(NamedTuple):
+    """Orthographic: unit vectors to the right, up, and towards the eye."""
+
+    right: Float[np.ndarray, "3"]
+    up: Float[np.ndarray, "3"]
+    eye: Float[np.ndarray, "3"]
+
+    def seen(self, points: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 2"]:
+        """Place of points in the picture."""
+        return np.stack([points @ self.right, points @ self.up], axis=-1)
+
+
+def across(bending_plane: float) -> View:
+    """View at right angles to the bending plane γ [rad]; the body bends to the right."""
+    c, s = np.cos(bending_plane), np.sin(bending_plane)
+    return View(np.array([-c, -s, 0.0]), np.array([0.0, 0.0, 1.0]), np.array([-s, c, 0.0]))
+
+
+def thread_faces(
+    points: Float[np.ndarray, "points 3"],
+    polylines: list[Int[np.ndarray, " _"]],
+    skin: Float[np.ndarray, "faces 4 3"],
+    view: View,
+) -> Float[np.ndarray, "segments 4 3"]:
+    """Ribbons towards the eye along the thread, just above the skin (outward normals) that they lie under.
+
+    They are moved towards the eye, which no orthographic view shows.
+    """
+    tree, normals = cKDTree(skin.mean(axis=1)), _normals(skin)
+    ribbons = [np.empty((0, 4, 3))]
+    for line in polylines:
+        outward = normals[tree.query(points[line])[1]]
+        lifted = points[line] + _LIFT * outward + _NEARER * view.eye
+        start, end = lifted[:-1], lifted[1:]
+        side = np.cross(view.eye, end - start)
+        length = np.linalg.norm(side, axis=1, keepdims=True)
+        side = 0.5 * _WIDTH * side / np.maximum(length, 1e-12)
+        ribbons.append(np.stack([start - side, end - side, end + side, start + side], axis=1))
+    return np.concatenate(ribbons)
+
+
+def paint(axes: Axes, view: View, bodies: list[tuple[Float[np.ndarray, "_ 4 3"], str]]) -> None:
+    """Draw the faces that are turned to the eye, the farthest first, whichever body they are of.
+
+    Parameters
+    ----------
+    axes, view : to draw on.
+    bodies : faces, counter-clockwise from outside, and their colour.
+    """
+    corners = np.concatenate([faces for faces, _ in bodies])
+    colours = np.concatenate([np.tile(to_rgb(colour), (len(faces), 1)) for faces, colour in bodies])
+    normals = _normals(corners)
+    front = normals @ view.eye > 0.0
+    corners, colours, normals = corners[front], colours[front], normals[front]
+    light = 0.8 * view.eye + 0.5 * view.up - 0.3 * view.right
+    shade = _AMBIENT + (1.0 - _AMBIENT) * np.clip(normals @ light / np.linalg.norm(light), 0.0, 1.0)
+    order = np.argsort(corners.mean(axis=1) @ view.eye, kind="stable")
+    # Edges of the faces' own colour close the seams that antialiasing leaves.
+    axes.add_collection(
+        PolyCollection(
+            list(view.seen(corners)[order]),
+            facecolors=(shade[:, None] * colours)[order],
+            edgecolors="face",
+            linewidths=0.2,
+        )
+    )
+
+
+def _normals(faces: Float[np.ndarray, "n 4 3"]) -> Float[np.ndarray, "n 3"]:
+    normals = np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1])
+    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300))

@@ -1,0 +1,159 @@
+"""What a picture of a bent rod shows of a solution: its axis, frames and colours. Lengths in mm."""
+
+from typing import Any, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+from matplotlib.colors import to_rgb
+
+from rodmodel.actuator import Actuator
+from rodmodel.view.scene import Faces, tube
+from rodmodel.view.text import STRAIGHT
+
+SILICONE, CAP = "#dcd8cf", "#8f8b84"
+CHAMBER_COLOURS = ("#0072b2", "#e69f00", "#009e73")
+# A chamber reaches this far from its middle: 60 degrees less half a partition wall.
+CHAMBER_HALF_WIDTH = np.radians(50.0)
+_RINGS, _FACETS = 67, 48
+# A chamber without pressure has a little of its colour, to be told from the others.
+_EMPTY, _LOADED = 0.22, 0.45
+
+
+@runtime_checkable
+class Bent(Protocol):
+    """What is drawn of a solution, of the compiled rod or of the differentiable one."""
+
+    @property
+    def bending_angle(self) -> Any:
+        """θ [rad]."""
+
+    @property
+    def bending_plane(self) -> Any:
+        """γ [rad]."""
+
+    @property
+    def tip_position(self) -> Any:
+        """Centre of the cap's outer face [m], (3,)."""
+
+    @property
+    def error_estimate(self) -> Any:
+        """Of θ [rad]; NaN outside the calibration."""
+
+    @property
+    def converged(self) -> Any:
+        """Whether the whole load is on the rod."""
+
+    @property
+    def stats(self) -> Any:
+        """With `load_fraction`, the part of the load that is."""
+
+    def centreline(self, arc_length: Any) -> Any:
+        """Positions at arc lengths [m], (n, 3)."""
+
+    def frames(self, arc_length: Any) -> Any:
+        """Frames at arc lengths, directors as columns, (n, 3, 3)."""
+
+
+class Pose(NamedTuple):
+    """Rod in millimetres, with the pressures as fractions of the largest in the picture."""
+
+    centre: np.ndarray
+    frames: np.ndarray
+    in_cap: np.ndarray
+    radius: float
+    pressure_kpa: np.ndarray
+    shade: np.ndarray
+    angle_deg: float
+    plane: float
+    """γ [rad]; zero for a straight rod, which has none."""
+    straight: bool
+    tip: np.ndarray
+    error_deg: float
+    """NaN where it is not known."""
+    load_fraction: float
+
+    @property
+    def plane_deg(self) -> str:
+        """γ for people."""
+        # Not 360.0 for a rounding below zero.
+        return "–" if self.straight else f"{np.degrees(self.plane) % 359.95:.1f}°"
+
+    @property
+    def length(self) -> float:
+        """From base to the cap's outer face [mm]."""
+        return float(np.linalg.norm(np.diff(self.centre, axis=0), axis=1).sum())
+
+    def behind(self, station: int) -> "Pose":
+        """The part of the rod from a station on."""
+        return self._replace(
+            centre=self.centre[station:], frames=self.frames[station:], in_cap=self.in_cap[station:]
+        )
+
+    def moved(self, by: np.ndarray) -> "Pose":
+        """The rod elsewhere, its tip's coordinates as they were [mm]."""
+        return self._replace(centre=self.centre + by)
+
+    @property
+    def pressures(self) -> str:
+        """Of the chambers, for people."""
+        return " / ".join(f"{p:.4g}" for p in self.pressure_kpa) + " kPa"
+
+
+def pose_of(pressure: np.ndarray, largest: float, solution: Bent, actuator: Actuator) -> Pose:
+    """Take over what is drawn; a ValueError for a solution of bad input, which has no shape."""
+    if not np.all(np.isfinite(solution.tip_position)):
+        raise ValueError(
+            "poses: got a solution without a shape, of bad input, expected one whose tip position is known"
+        )
+    arc_length = np.linspace(0.0, float(actuator.body_length + actuator.cap_length), _RINGS)
+    straight = abs(float(solution.bending_angle)) < STRAIGHT
+    frames = np.asarray(solution.frames(arc_length))
+    return Pose(
+        centre=1e3 * _axis(arc_length, solution, frames, float(actuator.bending_length)),
+        frames=frames,
+        in_cap=arc_length[:-1] > actuator.body_length - 1e-9,
+        radius=float(0.5e3 * actuator.body_diameter),
+        pressure_kpa=1e-3 * np.asarray(pressure, float),
+        shade=np.asarray(pressure, float) / largest,
+        angle_deg=float(np.degrees(solution.bending_angle)),
+        plane=0.0 if straight else float(solution.bending_plane),
+        straight=straight,
+        tip=1e3 * np.asarray(solution.tip_position),
+        error_deg=float(np.degrees(solution.error_estimate)),
+        load_fraction=1.0 if solution.converged else float(solution.stats["load_fraction"]),
+    )
+
+
+def _axis(arc_length: np.ndarray, solution: Bent, frames: np.ndarray, length: float) -> np.ndarray:
+    """Axis that has the solution's tangents, and goes evenly aside to where its cap is [m].
+
+    The cap lies beside the arc's end by up to 4 % of the length. A clamped beam whose end goes aside by a
+    without turning has w = a (3x² − 2x³), x = s/L: the least bending that does it. Over a part of the length
+    the same way aside would bend the body to and fro. The axis drawn is up to 6 % longer than the rod.
+    """
+    base, end = np.asarray(solution.centreline(np.array([0.0, arc_length[-1]])))
+    tangents = frames[:, :, 2]
+    steps = np.diff(arc_length)[:, None] * 0.5 * (tangents[:-1] + tangents[1:])
+    arc = base + np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
+    aside = frames[-1].T @ (end - arc[-1])
+    x = np.clip(arc_length / length, 0.0, 1.0)
+    axis: np.ndarray = arc + (x * x * (3.0 - 2.0 * x))[:, None] * (frames @ aside)
+    return axis
+
+
+def skin(pose: Pose) -> Faces:
+    """The tube with its true diameter, each chamber in the colour of its pressure."""
+    middle = 2.0 * np.pi * (np.arange(_FACETS) + 0.5) / _FACETS
+    around = np.tile(to_rgb(SILICONE), (_FACETS, 1))
+    for chamber, colour in enumerate(tints(pose.shade)):
+        away = np.angle(np.exp(1j * (middle - 2.0 * np.pi / 3.0 * chamber)))
+        around[np.abs(away) < CHAMBER_HALF_WIDTH] = colour
+    colours = np.repeat(around[None], len(pose.in_cap), axis=0)
+    colours[pose.in_cap] = to_rgb(CAP)
+    return tube(pose.centre, pose.frames, pose.radius, colours)
+
+
+def tints(shade: np.ndarray) -> np.ndarray:
+    """Colours of the chambers (3, 3): the deeper, the more pressure; next to the silicone's without."""
+    depth = np.where(shade > 0.0, _LOADED + (1.0 - _LOADED) * shade, _EMPTY)[:, None]
+    full = np.array([to_rgb(colour) for colour in CHAMBER_COLOURS])
+    return np.asarray((1.0 - depth) * np.array(to_rgb(SILICONE)) + depth * full)

@@ -42,7 +42,7 @@ def prediction_text(record: dict[str, Any]) -> str:
     if error is None:
         trust = "the moment in the rod is beyond the calibration: an extrapolation"
     else:
-        trust = f"90 % of states within {error:.2g} deg of the FEM"
+        trust = f"within {error:.2g} deg in 90 % of states"
     branch = (
         "unknown" if record["branch"] is None else "loading: pressures have only risen, no wall has snapped"
     )

@@ -184,7 +184,7 @@ def _comment(found: "Found") -> str:
         "Units are SI: m, N, Pa, rad. Numbers have 17 significant digits.",
         *(line.strip() for line in calibration_text(record).split("\n")[1:]),
         "90 % of states have their bending angle within "
-        f"{math.degrees(calibration.angle_error):.2g} deg of the FEM's. "
+        f"{math.degrees(calibration.angle_error):.2g} deg of what it was calibrated to. "
         "Chambers above are numbered as the calibration's: rod.domain has this rod's own.",
         "Where the calibration comes from:",
         *_provenance(calibration.provenance),

@@ -19,6 +19,7 @@ typedef struct {
     section_state section; /* at the end; c phi'' and c phi''' of its ridges kept where there are columns */
     rm_real moment_share;  /* largest moment over that of the domain, squared */
     rm_real roughness;     /* largest difference within a step of u L by order 4 and by order 2 [rad] */
+    rm_real sharpest;      /* largest u L at the end of a step [rad] */
     rm_real longest_way;   /* largest |r| over the length of body before it */
     int apart;             /* neighbouring solutions do not meet along the rod */
     int convex;            /* the stiffness of every section is positive (Legendre's condition) */
@@ -105,6 +106,7 @@ RM_INLINE void march(const equilibrium *e, const rm_domain *domain, vec turn, ve
     vec r = no_vec();
     end->moment_share = R(0.0);
     end->roughness = R(0.0);
+    end->sharpest = R(0.0);
     end->longest_way = R(0.0);
     end->apart = 1;
     end->convex = 1;
@@ -163,6 +165,7 @@ RM_INLINE void march(const equilibrium *e, const rm_domain *domain, vec turn, ve
         r = along(r, length, shift);
         const vec next = along(turn, h * R(1.0 / 6.0), rate_sum);
         end->roughness = larger(end->roughness, largest(sub(next, k[3])));
+        end->sharpest = larger(end->sharpest, largest(next));
         turn = next;
         const rm_real gone = length * h * (rm_real)(n + 1);
         end->longest_way = larger(end->longest_way, dot(r, r) / (gone * gone));

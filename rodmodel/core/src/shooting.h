@@ -21,9 +21,9 @@
 #define RM_SMALLEST_LOAD_STEP R(1.0 / 65536.0)
 #define RM_MAX_TURN R(1.0)
 #define RM_CONTRACTION R(0.5)
-/* Difference of orders 2 and 4 within a step [rad] above which steps are too few, and how much longer than the rod
- * the way to a section may come out. */
-#define RM_ROUGHNESS R(0.05)
+/* Difference of orders 2 and 4 within a step, over 1 + the largest u L, above which steps are too few, and how much
+ * longer than the rod the way to a section may come out. */
+#define RM_ROUGHNESS R(0.02)
 #define RM_STRETCH R(1.02)
 
 enum outcome { ARRIVED, UNSTABLE, DIVERGED, UNRESOLVED };
@@ -231,7 +231,8 @@ static void shoot_driven(const equilibrium *e, const rm_domain *domain, const rm
 
 RM_INLINE int is_resolved(const march_end *end)
 {
-    return (end->roughness <= RM_ROUGHNESS) & (end->longest_way <= RM_STRETCH * RM_STRETCH);
+    return (end->roughness <= RM_ROUGHNESS * (R(1.0) + end->sharpest))
+           & (end->longest_way <= RM_STRETCH * RM_STRETCH);
 }
 
 /* Slope of the unknowns by the load fraction at no load: what the loads' moment about the base does there, with the

@@ -10,9 +10,9 @@ from jaxtyping import Array, Bool, Float
 from rodmodel.kinematics import rotation_of, screw
 from rodmodel.statics._equilibrium import Equilibrium, State
 
-# Difference of orders 2 and 4 within a step [rad] above which steps are too few, and how much longer than the
-# rod the way to a section may come out.
-_ROUGHNESS = 0.05
+# Difference of orders 2 and 4 within a step, over 1 + the largest u L, above which steps are too few, and how
+# much longer than the rod the way to a section may come out.
+_ROUGHNESS = 0.02
 _STRETCH = 1.02
 
 # Of the stages: how far into the step, factor of the bracket of k₁ with the stage before, weight.
@@ -105,7 +105,8 @@ def march(equilibrium: Equilibrium, unknown: Float[Array, " n"], steps: int) -> 
     base = equilibrium.base(unknown)
     _, (states, roughness) = jax.lax.scan(along, base, h * jnp.arange(steps, dtype=unknown.dtype))
     nodes = jax.tree.map(lambda first, others: jnp.concatenate([first[None], others]), base, states)
-    return nodes, jnp.all(roughness <= _ROUGHNESS) & no_longer_than_the_rod(nodes)
+    smooth = jnp.all(roughness <= _ROUGHNESS * (1.0 + jnp.max(jnp.abs(states.turn))))
+    return nodes, smooth & no_longer_than_the_rod(nodes)
 
 
 def no_longer_than_the_rod(nodes: State) -> Bool[Array, ""]:

@@ -235,7 +235,7 @@ def load_truth(file: Path) -> xr.Dataset:
     try:
         _refuse_states(truth)
         truth_level(truth)
-        runs = parse_record(str(truth.attrs.get("runs")), "runs", {})
+        runs = parse_record(str(truth.attrs.get("runs", "{}")), "runs", {})
         for name, run in runs.items():
             refuse_faults(run, f"runs: {name}", _NOTE_KEYS)
     except ValueError as error:

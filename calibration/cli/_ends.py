@@ -61,7 +61,9 @@ def _ends(options: argparse.Namespace, command: str) -> int:
     calibrations = {file: read_calibration_file(file) for file in options.files}
     for file, calibration in calibrations.items():
         if calibration.law.is_adjusted:
-            raise BadInputError(f"{file}: got a law adjusted to measurements, expected the map that it was made of")
+            raise BadInputError(
+                f"{file}: got a law adjusted to measurements, expected the map that it was made of"
+            )
     try:
         shear = fit_shear(truth)
         windings = {file: runs_for(truth, c.layout)[0] for file, c in calibrations.items()}

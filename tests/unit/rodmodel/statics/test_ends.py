@@ -119,8 +119,8 @@ def test_an_axis_that_goes_aside_has_no_kink() -> None:
     s = np.linspace(0.0, 0.066, 1321)
     line = np.asarray(aside().solve(PRESSURE, tip_force=FORCE).centreline(s))
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1) / np.diff(s)
-    # The way aside is 2.4 mm on the 58 mm that bend, by a smooth step with a slope of up to 1.5 times that; and
-    # the frames that carry it turn, by less than 40 rad/m.
+    # The way aside is 2.4 mm on the 58 mm that bend, by a smooth step with a slope of up to 1.5 times that;
+    # and the frames that carry it turn, by less than 40 rad/m.
     assert np.all(np.abs(steps - 1.0) < 1.5 * 2.4 / 57.0 + 40.0 * 2.4e-3)
 
 

@@ -108,7 +108,7 @@ def pose_of(pressure: np.ndarray, largest: float, solution: Bent, actuator: Actu
     straight = abs(float(solution.bending_angle)) < STRAIGHT
     frames = np.asarray(solution.frames(arc_length))
     return Pose(
-        centre=1e3 * _axis(arc_length, solution, frames, float(actuator.bending_length)),
+        centre=1e3 * np.asarray(solution.centreline(arc_length)),
         frames=frames,
         in_cap=arc_length[:-1] > actuator.body_length - 1e-9,
         radius=float(0.5e3 * actuator.body_diameter),
@@ -121,23 +121,6 @@ def pose_of(pressure: np.ndarray, largest: float, solution: Bent, actuator: Actu
         error_deg=float(np.degrees(solution.error_estimate)),
         load_fraction=1.0 if solution.converged else float(solution.stats["load_fraction"]),
     )
-
-
-def _axis(arc_length: np.ndarray, solution: Bent, frames: np.ndarray, length: float) -> np.ndarray:
-    """Axis that has the solution's tangents, and goes evenly aside to where its cap is [m].
-
-    The cap lies beside the arc's end by up to 4 % of the length. A clamped beam whose end goes aside by a
-    without turning has w = a (3x² − 2x³), x = s/L: the least bending that does it. Over a part of the length
-    the same way aside would bend the body to and fro. The axis drawn is up to 6 % longer than the rod.
-    """
-    base, end = np.asarray(solution.centreline(np.array([0.0, arc_length[-1]])))
-    tangents = frames[:, :, 2]
-    steps = np.diff(arc_length)[:, None] * 0.5 * (tangents[:-1] + tangents[1:])
-    arc = base + np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
-    aside = frames[-1].T @ (end - arc[-1])
-    x = np.clip(arc_length / length, 0.0, 1.0)
-    axis: np.ndarray = arc + (x * x * (3.0 - 2.0 * x))[:, None] * (frames @ aside)
-    return axis
 
 
 def skin(pose: Pose) -> Faces:

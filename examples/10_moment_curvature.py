@@ -5,13 +5,14 @@ section law that a rod is integrated with, its error underneath, as the angle of
 """
 
 import json
+import math
 import sys
 from pathlib import Path
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from comparison import COLOURS, IMAGES, MAPPED, bending_axis, save
+from comparison import COLOURS, IMAGES, save
 from matplotlib.figure import Figure
 
 import rodmodel
@@ -35,14 +36,16 @@ def main(picture: Path) -> None:
     """Draw the panels and print the table."""
     jax.config.update("jax_enable_x64", True)  # the precision is the program's to choose
     held = json.loads(POINTS.read_text())
+    mapped = list(dict.fromkeys((path["layout"], path["chamber"]) for path in held.values()))
     figure = Figure(figsize=(12.0, 5.2), layout="constrained")
-    axes = figure.subplots(2, len(MAPPED), sharex="col", sharey="row", height_ratios=(3, 1))
+    axes = figure.subplots(2, len(mapped), sharex="col", sharey="row", height_ratios=(3, 1))
     print(
         f"{'law − FEM, angle of 60 mm [deg]':40s}   median    worst  points  FEM's stiffness free [1e-4 N m²]"
     )
-    for column, (name, chamber) in enumerate(MAPPED):
+    for column, (name, chamber) in enumerate(mapped):
         above, below = axes[:, column]
-        axis, rod = bending_axis(chamber), rodmodel.load(name)
+        azimuth, rod = 2.0 * math.pi / 3.0 * (chamber - 1), rodmodel.load(name)
+        axis = np.array([math.sin(azimuth), -math.cos(azimuth), 0.0])
         over = jax.jit(jax.vmap(curvature_at, (None, None, 0)))
         pressures = sorted(
             {p["pressure_kpa"] for p in held.values() if (p["layout"], p["chamber"]) == (name, chamber)}

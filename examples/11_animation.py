@@ -3,7 +3,7 @@
 python examples/11_animation.py [animation.gif] [picture.png] [--frames DIRECTORY]
 
 The skin is the finite elements', the line the rod's: chamber 1 to its highest pressure, then a circle of the
-bending plane, as far as 00_actuator_frames.py has made frames of them. Where a pressure is beyond the
+bending plane, as far as points/actuator_frames.py has made frames of them. Where a pressure is beyond the
 calibration the rod's line is dashed.
 """
 

@@ -1,7 +1,7 @@
 """A twin experiment: an actuator with one wall a tenth thicker is measured, and the map adjusted to it.
 
-Run as ``python examples/12_twin.py [PICTURE]``. The actuator is a finite-element one (00_twin_points.py), so
-that its bending is known without noise; what is measured of it has 3 % of noise. The map that ships is of
+Run as ``python examples/12_twin.py [PICTURE]``. The actuator is a finite-element one (points/twin_points.py),
+so that its bending is known without noise; what is measured of it has 3 % of noise. The map that ships is of
 equal walls. Told are its errors against the actuator itself, before and after `fit-measured` has seen the
 noisy measurements.
 """
@@ -19,10 +19,18 @@ from comparison import COLOURS, IMAGES, save
 from matplotlib.figure import Figure
 
 import rodmodel
-from calibration.adjusted_law import NAMES
-from calibration.measured import ANGLE, PLANE, POSITIONS, PRESSURES, Measured, read_measured
-from calibration.measured_fit import MeasuredFit, fit_measured
-from calibration.measured_residuals import Noise
+from calibration.measured import (
+    ANGLE,
+    NAMES,
+    PLANE,
+    POSITIONS,
+    PRESSURES,
+    Measured,
+    MeasuredFit,
+    Noise,
+    fit_measured,
+    read_measured,
+)
 
 POINTS = Path(__file__).parent / "data" / "twin_points.json"
 NOISE = 0.03  # of a bending angle, of a way of the tip; and of a bending plane [rad]

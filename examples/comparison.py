@@ -16,8 +16,6 @@ import rodmodel
 
 POINTS = Path(__file__).parent / "data" / "cell_points.json"
 IMAGES = Path(__file__).parents[1] / "docs" / "images"
-# Windings and chambers of the moment-curvature maps; chamber 3 of the double helix mirrors chamber 2.
-MAPPED = (("double-helix", 1), ("double-helix", 2), ("ring", 1), ("six-helix", 1))
 COLOURS = ("#0072b2", "#e69f00", "#009e73")
 
 
@@ -79,12 +77,6 @@ def series(
     return Series(
         label, pressure, np.array(held["angle_deg"]), plane, jumped, at, at_plane, fine, along, along_plane
     )
-
-
-def bending_axis(chamber: int) -> np.ndarray:
-    """About which a chamber bends the section, body frame."""
-    azimuth = 2.0 * math.pi / 3.0 * (chamber - 1)
-    return np.array([math.sin(azimuth), -math.cos(azimuth), 0.0])
 
 
 def rod_of(layout: str, psi_deg: float = 0.0, pitch_mm: float = 3.0) -> rodmodel.Rod | None:

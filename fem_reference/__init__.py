@@ -1,29 +1,38 @@
 """Full 3D finite-element reference of a wound soft pneumatic actuator."""
 
-from fem_reference.actuator import Actuator, ActuatorError, ActuatorState
-from fem_reference.actuator_load import ActuatorLoad
-from fem_reference.actuator_record import load_record
-from fem_reference.actuator_run import ActuatorRun, RunError
+from fem_reference.actuator import Actuator, ActuatorError, ActuatorLoad, ActuatorState
 from fem_reference.cell import CellError, CellState, Load, PeriodCell, follow
-from fem_reference.geometry import ActuatorGeometry
-from fem_reference.level_record import level_from_record, level_record
-from fem_reference.material import Ogden
-from fem_reference.memory import keep_memory
-from fem_reference.process import prepare_process
-from fem_reference.records import (
+from fem_reference.elements import Ogden
+from fem_reference.geometry import (
+    LAYOUTS,
+    ActuatorGeometry,
+    DoubleHelix,
+    NoWinding,
+    Ring,
+    SixHelix,
+    Thread,
+    Winding,
+    layout,
+)
+from fem_reference.io import (
     FLAG,
+    ActuatorRun,
     Kind,
     Numbers,
     Object,
     OneOf,
     RecordError,
+    RunError,
     Text,
+    level_from_record,
+    level_record,
+    load_record,
     parse_record,
     read_record,
     refuse_faults,
 )
-from fem_reference.section import LEVELS, MeshLevel
-from fem_reference.winding import LAYOUTS, DoubleHelix, NoWinding, Ring, SixHelix, Thread, Winding, layout
+from fem_reference.mesh import LEVELS, MeshLevel
+from fem_reference.runtime import keep_memory, prepare_process
 
 __all__ = [
     "FLAG",

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem_reference.assembly import SparsePattern
-from fem_reference.linear_solver import PardisoSolver
-from fem_reference.problem import Linearisation, Problem
+from fem_reference.algebra import SparsePattern
+from fem_reference.algebra.factorisation import PardisoSolver
+from fem_reference.solver import Linearisation, Problem
 
 
 @dataclass(frozen=True)
@@ -67,9 +67,9 @@ class Diagonal(Problem):
         rate = 0.0 if viscous is None else viscous.rate
         none = np.empty(0, bool)
         linear = Linearisation(np.empty(0), self._stiffness(at) + rate, False, pairs=None, slack=none)
-        return self.renewed(linear, at, target, viscous)
+        return self.update_forces(linear, at, target, viscous)
 
-    def renewed(self, linear, at, target, viscous=None):
+    def update_forces(self, linear, at, target, viscous=None):
         residual = self._force(at) - target.pressure
         if viscous is not None:
             residual = residual + viscous.rate * (at - viscous.origin)
@@ -78,10 +78,10 @@ class Diagonal(Problem):
     def keeps(self, linear, at):
         return True
 
-    def convex_walls(self, linear):
+    def convexified_contact(self, linear):
         return linear.data
 
-    def roundness(self, linear):
+    def core_curvature_stiffness(self, linear):
         return np.zeros_like(linear.data)
 
     def viscous(self, at, rate):

@@ -16,12 +16,11 @@ from jax import Array
 from numpy.typing import ArrayLike
 
 from fem_reference import ActuatorGeometry, CellState, DoubleHelix, Load, Ogden, PeriodCell, Thread, follow
-from fem_reference.cell_equations import CellEquations
-from fem_reference.configuration import Configuration
-from fem_reference.material import BLOCKS, Moduli, Principal, half_turned, isochoric_response, principal
-from fem_reference.mesh import BodyMesh
-from fem_reference.screw import screw_series
-from fem_reference.section import MeshLevel
+from fem_reference.cell.equations import CellEquations
+from fem_reference.cell.screw_motion import screw_series
+from fem_reference.cell.state import Configuration
+from fem_reference.elements.ogden import BLOCKS, Moduli, Principal, half_turned, isochoric_response, principal
+from fem_reference.mesh import BodyMesh, MeshLevel
 
 # The fewest elements that keep the structure: every wall one element thick.
 TINY = MeshLevel(2, 4, 2, 2, 1, 1, 1, 0.75)

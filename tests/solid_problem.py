@@ -6,10 +6,10 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from fem_reference import Ogden
-from fem_reference.assembly import SparsePattern, scatter
-from fem_reference.linear_solver import PardisoSolver
+from fem_reference.algebra import SparsePattern, scatter
+from fem_reference.algebra.factorisation import PardisoSolver
+from fem_reference.elements import SolidElements
 from fem_reference.mesh import BodyMesh
-from fem_reference.solid import SolidElements
 
 FORCE_TOLERANCE = 1e-11
 MAX_ITERATIONS = 40

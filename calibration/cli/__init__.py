@@ -51,13 +51,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(options: argparse.Namespace, command: str) -> int:
     from dataclasses import asdict
 
-    from calibration.dataset import DatasetError, build_dataset, save_dataset
-    from calibration.path_file import PathFileError
-    from calibration.restore import restore_run
-    from calibration.run import END_COMPLIANCE, RunError, RunPlan, open_run
-    from calibration.sweep import run_sweep
-    from calibration.sweep_errors import SweepError
-    from calibration.tracing import CellTracer
+    from calibration.sweep.dataset import DatasetError, build_dataset, save_dataset
+    from calibration.sweep.errors import SweepError
+    from calibration.sweep.path_file import PathFileError
+    from calibration.sweep.restore_run import restore_run
+    from calibration.sweep.run_directory import END_COMPLIANCE, RunError, RunPlan, open_run
+    from calibration.sweep.sweep import run_sweep
+    from calibration.sweep.tracing import CellTracer
     from fem_reference import ActuatorGeometry, Ogden, Thread, layout
     from rodmodel import Domain
 
@@ -131,13 +131,13 @@ def _run(options: argparse.Namespace, command: str) -> int:
 
 
 def _fit(options: argparse.Namespace, command: str) -> int:
-    from calibration.assembly import calibration_of
-    from calibration.dataset import attributes
-    from calibration.joined import UnlikeError, refuse_unlike
-    from calibration.near_check import cautions, refuse_another_actuator
-    from calibration.pipeline import Judged, begin_near, fit_and_judge
+    from calibration.fit.join_sweeps import UnlikeError, refuse_unlike
+    from calibration.fit.near_check import cautions, refuse_another_actuator
+    from calibration.fit.pipeline import Judged, begin_near, fit_and_judge
+    from calibration.fit.to_calibration import calibration_of
     from calibration.provenance import code_version, sha256, today
-    from calibration.report import error_table
+    from calibration.report.error_table import error_table
+    from calibration.sweep.dataset import attributes
 
     dataset, domain = _dataset(options)
     refuse_unwritable("--out", Path(options.out))
@@ -207,7 +207,7 @@ def _fit(options: argparse.Namespace, command: str) -> int:
 
 def _dataset(options: argparse.Namespace) -> Any:
     """The dataset and the domain it was made for, narrowed where the command line says so."""
-    from calibration.dataset import attributes
+    from calibration.sweep.dataset import attributes
     from rodmodel import Domain
 
     dataset = read_dataset(options.dataset)

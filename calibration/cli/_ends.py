@@ -11,7 +11,7 @@ from calibration.cli._arguments import GOOD, BadInputError, Parser, not_negative
 from calibration.cli._files import read_calibration_file, read_truth, write_calibration_file
 
 if TYPE_CHECKING:
-    from calibration.ends import Compliance, Ends
+    from calibration.ends.fit_ends import Compliance, Ends
     from rodmodel import Calibration, Layout
 
 _ENDS = {
@@ -48,11 +48,11 @@ def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
 
 
 def _ends(options: argparse.Namespace, command: str) -> int:
-    from calibration.ends import fit_compliance, fit_ends, fit_shear
-    from calibration.ends_runs import PAPER, runs_for
+    from calibration.ends.fit_ends import fit_compliance, fit_ends, fit_shear
+    from calibration.ends.runs_for_layout import PAPER, runs_for
     from calibration.provenance import code_version, sha256, today
-    from calibration.run import END_COMPLIANCE
-    from calibration.truth import TruthError
+    from calibration.sweep.run_directory import END_COMPLIANCE
+    from calibration.truth.dataset import TruthError
     from fem_reference import ActuatorGeometry
 
     truth, geometry = read_truth(options.truth), ActuatorGeometry()

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 def read_dataset(file: str) -> Any:
     """The dataset of a sweep."""
-    from calibration.dataset import DatasetError, load_dataset
+    from calibration.sweep.dataset import DatasetError, load_dataset
 
     try:
         return load_dataset(Path(file))
@@ -21,7 +21,7 @@ def read_dataset(file: str) -> Any:
 
 def read_truth(file: str) -> Any:
     """The gathered runs of the full actuator."""
-    from calibration.truth import TruthError, load_truth
+    from calibration.truth.dataset import TruthError, load_truth
 
     try:
         return load_truth(Path(file))

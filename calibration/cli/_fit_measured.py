@@ -19,7 +19,7 @@ from calibration.cli._arguments import (
 from calibration.cli._files import write_calibration_file
 
 if TYPE_CHECKING:
-    from calibration.measured import Measured
+    from calibration.measured.csv_file import Measured
     from rodmodel.io import Found
 
 
@@ -27,7 +27,10 @@ def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
     """Add the command."""
     parser = commands.add_parser("fit-measured", help="adjust the map to measurements of a real actuator")
     add = parser.add_argument
-    add("data", help="CSV file of pressures and what was measured under them; see docs/calibration.md")
+    add(
+        "data",
+        help="CSV file of pressures and what was measured under them; see docs/reference/measured_csv.md",
+    )
     add("--layout", default="double-helix", help="winding layout (default: %(default)s)")
     add("--psi-deg", type=number, default=0.0, help="winding orientation [deg]")
     add("--pitch-mm", type=positive, default=3.0, help="winding pitch [mm]")
@@ -50,11 +53,11 @@ def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
 
 
 def _run(options: argparse.Namespace, command: str) -> int:
-    from calibration.measured_doubts import doubts_of_units
-    from calibration.measured_file import calibration_of_fit
-    from calibration.measured_fit import MeasuredFitError, fit_measured
-    from calibration.measured_report import fit_record, fit_text, write_residual_plot
-    from calibration.measured_residuals import Noise
+    from calibration.measured.adjustment_file import calibration_of_fit
+    from calibration.measured.doubts import doubts_of_units
+    from calibration.measured.fit import MeasuredFitError, fit_measured
+    from calibration.measured.report import fit_record, fit_text, write_residual_plot
+    from calibration.measured.residuals import Noise
     from rodmodel import CoreRod, load
     from rodmodel.io import OuterWall
 
@@ -106,8 +109,8 @@ def _run(options: argparse.Namespace, command: str) -> int:
 
 def _measured(options: argparse.Namespace, found: "Found") -> "Measured":
     """The measurements, and whether what is to be written can be made of them."""
-    from calibration.measured import ANGLE, POSITIONS, read_measured
-    from calibration.measured_text import MeasuredError
+    from calibration.measured.csv_file import ANGLE, POSITIONS, read_measured
+    from calibration.measured.text import MeasuredError
 
     try:
         measured = read_measured(Path(options.data), found.domain, options.lenient)
@@ -127,7 +130,7 @@ def _measured(options: argparse.Namespace, found: "Found") -> "Measured":
 def _provenance(
     options: argparse.Namespace, command: str, found: "Found", record: dict[str, Any], doubts: list[str]
 ) -> dict[str, Any]:
-    from calibration.measured_file import file_of_map
+    from calibration.measured.adjustment_file import file_of_map
     from calibration.provenance import code_version, sha256, today
 
     base = file_of_map(found, options.calibration)

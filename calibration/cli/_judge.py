@@ -30,7 +30,7 @@ def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
 
 
 def _judge(options: argparse.Namespace, command: str) -> int:
-    from calibration.judge import compare_with_truth, judgement
+    from calibration.truth.compare_rods import compare_with_truth, judgement
 
     found = judgement(compare_with_truth(read_truth(options.truth)), options.role)
     if options.json:

@@ -46,10 +46,11 @@ def _report(options: argparse.Namespace, command: str) -> int:
         return _report_all(options)
     if options.file is None:
         raise BadInputError(f"file: got none with {options.dataset}, expected a calibration file")
-    from calibration.dataset import attributes
-    from calibration.error import everywhere
-    from calibration.pipeline import compare_candidates, judge
-    from calibration.report import error_table
+    from calibration.fit.held_out_error import everywhere
+    from calibration.report.error_table import error_table
+    from calibration.report.law_report import judge
+    from calibration.studies.compare_laws import compare_candidates
+    from calibration.sweep.dataset import attributes
     from rodmodel import SectionLaw
 
     dataset, calibration = read_dataset(options.dataset), read_calibration_file(options.file)
@@ -82,11 +83,11 @@ def _report(options: argparse.Namespace, command: str) -> int:
 
 
 def _report_all(options: argparse.Namespace) -> int:
-    from calibration.dataset import DatasetError
-    from calibration.error import everywhere
-    from calibration.judge import compare_with_truth
-    from calibration.layouts_report import datasets_by_checksum, markdown, report_map, report_rods, title
-    from calibration.truth_plot import write_truth_figure
+    from calibration.fit.held_out_error import everywhere
+    from calibration.report.all_layouts import datasets_by_checksum, markdown, report_map, report_rods, title
+    from calibration.report.rod_error_plot import write_truth_figure
+    from calibration.sweep.dataset import DatasetError
+    from calibration.truth.compare_rods import compare_with_truth
     from rodmodel import shipped_calibrations
 
     if options.compare:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from calibration.cli._arguments import GOOD, NOT_CONVERGED, BadInputError, Parser, complain, refuse_unwritable
 
 if TYPE_CHECKING:
-    from calibration.truth_cases import TruthCase
+    from calibration.truth.cases import TruthCase
 
 
 def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
@@ -26,9 +26,9 @@ def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
 
 
 def _run(options: argparse.Namespace, command: str) -> int:
-    from calibration.dataset import save_dataset
-    from calibration.truth import TruthError, case_of, gather, load_truth, merged
-    from calibration.truth_cases import cases
+    from calibration.sweep.dataset import save_dataset
+    from calibration.truth.cases import cases
+    from calibration.truth.dataset import TruthError, case_of, gather, load_truth, merged
 
     if not options.cases and options.gather is None:
         _list(options, cases())
@@ -67,7 +67,7 @@ def _run(options: argparse.Namespace, command: str) -> int:
 def _trace(case: "TruthCase", directory: Path, level: str, command: str) -> str:
     """Run one case; what went wrong, or nothing."""
     from calibration.progress import progress_bar
-    from calibration.truth import trace
+    from calibration.truth.dataset import trace
     from fem_reference import ActuatorError, RunError, prepare_process
 
     prepare_process()

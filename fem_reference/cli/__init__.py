@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from fem_reference.cli import _actuator, _cell
 from fem_reference.cli._arguments import BAD_INPUT, INTERRUPTED, InputError, Parser
-from fem_reference.process import prepare_process
+from fem_reference.runtime import prepare_process
 
 __all__ = ["main"]
 

@@ -8,12 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from fem_reference.actuator import BONDS, DENSITY, Actuator, ActuatorError, ActuatorState
-from fem_reference.actuator_load import ActuatorLoad
-from fem_reference.actuator_picture import draw_actuator
-from fem_reference.actuator_record import load_record, state_record
-from fem_reference.actuator_run import ActuatorRun, RunError
-from fem_reference.actuator_vtk import ActuatorSeries, write_actuator_vtk
+from fem_reference.actuator import BONDS, DENSITY, Actuator, ActuatorError, ActuatorLoad, ActuatorState
 from fem_reference.cli._arguments import (
     GOOD,
     NO_CONVERGENCE,
@@ -28,8 +23,17 @@ from fem_reference.cli._arguments import (
     with_flags,
     writing,
 )
-from fem_reference.progress import track_actuator
-from fem_reference.winding import Thread
+from fem_reference.cli._progress import track_actuator
+from fem_reference.geometry import Thread
+from fem_reference.io import (
+    ActuatorRun,
+    ActuatorSeries,
+    RunError,
+    draw_actuator,
+    load_record,
+    state_record,
+    write_actuator_vtk,
+)
 
 _STEP_KPA = 5.0
 

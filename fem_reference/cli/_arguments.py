@@ -9,9 +9,8 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from fem_reference.geometry import ActuatorGeometry
-from fem_reference.section import LEVELS
-from fem_reference.winding import LAYOUTS, Winding, layout
+from fem_reference.geometry import LAYOUTS, ActuatorGeometry, Winding, layout
+from fem_reference.mesh import LEVELS
 
 GOOD, BAD_INPUT, NO_CONVERGENCE = 0, 2, 3
 #: Of a program that Ctrl-C has ended, as shells tell it.

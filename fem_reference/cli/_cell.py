@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from fem_reference.cell import CellError, CellState, Load, PeriodCell, follow
-from fem_reference.cell_picture import draw_cell
 from fem_reference.cli._arguments import (
     GOOD,
     NO_CONVERGENCE,
@@ -23,8 +22,8 @@ from fem_reference.cli._arguments import (
     with_flags,
     writing,
 )
-from fem_reference.progress import track
-from fem_reference.vtk import write_vtk
+from fem_reference.cli._progress import track
+from fem_reference.io import draw_cell, write_vtk
 
 _STEP_KPA = 2.5
 # Of a load without pressure: for a curve.

@@ -26,9 +26,9 @@ import numpy as np
 import skfem
 
 from fem_reference import LEVELS, Actuator, ActuatorGeometry, ActuatorLoad, Ogden, prepare_process
-from fem_reference.assembly import SparsePattern
+from fem_reference.algebra import SparsePattern
+from fem_reference.elements import SolidElements
 from fem_reference.mesh import BodyMesh, body_mesh
-from fem_reference.solid import SolidElements
 from tests.fem_fixtures import isochoric_tangent
 
 LENGTHS_MM = (3.0, 12.0, 48.0)

@@ -2,7 +2,7 @@
 
 Run as ``python -m tests.benchmark.bench_fem``: the full actuator on its coarse mesh, chamber 1 alone, each
 state from the last; then the shipped rod at the same pressures, in the same process. Also writes the table of
-docs/benchmark.md; ``--json`` prints one object and writes nothing.
+docs/reference/benchmark.md; ``--json`` prints one object and writes nothing.
 """
 
 import argparse
@@ -15,8 +15,8 @@ import numpy as np
 
 import rodmodel
 from fem_reference import Actuator, ActuatorLoad, prepare_process
-from tests.benchmark.figures import duration, processor
 from tests.benchmark.page import write_measured
+from tests.benchmark.timing.figures import duration, processor
 
 PRESSURES_KPA = (10.0, 20.0, 30.0, 40.0)
 FORCE = np.array([0.0, 0.01, 0.0])

@@ -16,8 +16,8 @@ import numpy as np
 import rodmodel
 from rodmodel.control import inverse_many
 from rodmodel.core import CoreRod
-from tests.benchmark.clock import least, median_call, stay_on_one_core
-from tests.benchmark.figures import Figure, report
+from tests.benchmark.timing.clock import least, median_call, stay_on_one_core
+from tests.benchmark.timing.figures import Figure, report
 
 TARGETS, RUNS, ROUNDS = 1000, 20, 5
 GRAVITY = np.array([0.0, 0.0, -9.81])

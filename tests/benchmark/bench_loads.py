@@ -18,7 +18,7 @@ import numpy as np
 
 from rodmodel.core import SOLUTION, CoreRod, Result
 from rodmodel.io import Calibration, find_among, shipped_calibrations
-from tests.benchmark.figures import keep, where
+from tests.benchmark.timing.figures import keep, where
 
 CASES, SEED, STEPS, THREADS = 10_000, 7, 32, 2
 ORIENTATION = 0.37  # of a law of all [rad]

@@ -14,8 +14,8 @@ from dataclasses import asdict
 from typing import Any
 
 from rodmodel.core import ffi, lib
-from tests.benchmark.clock import ONE_THREAD, median_call
-from tests.benchmark.figures import ROOT, Figure, duration, keep, where
+from tests.benchmark.timing.clock import ONE_THREAD, median_call
+from tests.benchmark.timing.figures import ROOT, Figure, duration, keep, where
 
 MODULES = ("ours", "jax", "scipy", "soromox", "elastica")
 PACKAGES = ("jax", "numpy", "scipy", "numba", "soromox", "pyelastica")
@@ -29,7 +29,7 @@ ERRORS = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 def measure(module: str) -> Iterator[dict[str, Any]]:
     """Rows of one module's settings, timed in a process of its own."""
     with subprocess.Popen(
-        [sys.executable, "-m", "tests.benchmark.speed", f"tests.benchmark.peer_{module}"],
+        [sys.executable, "-m", "tests.benchmark.timing.speed", f"tests.benchmark.peers.peer_{module}"],
         cwd=ROOT,
         env=os.environ | ONE_THREAD,
         stdout=subprocess.PIPE,

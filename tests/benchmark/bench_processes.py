@@ -8,8 +8,8 @@ first call comes after a rod is loaded and brings with it whatever Python has to
 import argparse
 import statistics
 
-from tests.benchmark.clock import fresh_processes
-from tests.benchmark.figures import Figure, report
+from tests.benchmark.timing.clock import fresh_processes
+from tests.benchmark.timing.figures import Figure, report
 
 PROCESSES, WORKSPACE = 5, 100
 COMMAND = "import sys; from rodmodel.cli import main; sys.exit(main())"

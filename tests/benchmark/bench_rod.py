@@ -22,10 +22,10 @@ import numpy as np
 import rodmodel
 from rodmodel.core import INPUT, VARIANTS, CoreRod, rows_of
 from rodmodel.io import find
-from tests.benchmark import earlier
-from tests.benchmark.clock import ROUNDS, least, median_call, stay_on_one_core
-from tests.benchmark.core_loop import CoreLoop
-from tests.benchmark.figures import Figure, report
+from tests.benchmark.timing import earlier
+from tests.benchmark.timing.clock import ROUNDS, least, median_call, stay_on_one_core
+from tests.benchmark.timing.core_loop import CoreLoop
+from tests.benchmark.timing.figures import Figure, report
 
 CASES, RUNS, STEPS, TOLERANCE = 1000, 20, 3, 1e-5
 TIP_FORCE, GRAVITY = np.array([0.0, 0.02, 0.0]), np.array([0.0, 0.0, 9.81])

@@ -28,7 +28,7 @@ from fem_reference import (
     Winding,
     follow,
 )
-from fem_reference.winding import COUPLINGS
+from fem_reference.geometry.winding import COUPLINGS
 from tests.benchmark.bench_mesh import refined
 
 COARSE = LEVELS["coarse"]

@@ -1,4 +1,4 @@
-"""Write docs/benchmark.md's tables and its picture from what the benchmarks have kept.
+"""Write docs/reference/benchmark.md's tables and its picture from what the benchmarks have kept.
 
 Run as ``python -m tests.benchmark.page``, after `bench_rod`, `bench_processes`, `bench_inverse`,
 `bench_loads` and `bench_peers`, as ``make bench`` does. A table whose benchmark has kept nothing stays as it
@@ -10,10 +10,10 @@ from collections.abc import Callable
 from typing import Any
 
 from tests.benchmark import bench_peers
-from tests.benchmark.figures import KEPT, ROOT, Figure, table
-from tests.benchmark.speed_picture import draw
+from tests.benchmark.timing.figures import KEPT, ROOT, Figure, table
+from tests.benchmark.timing.speed_picture import draw
 
-PAGE = ROOT / "docs" / "benchmark.md"
+PAGE = ROOT / "docs" / "reference" / "benchmark.md"
 PICTURE = ROOT / "docs" / "images" / "speed_against_error.png"
 
 

@@ -8,10 +8,9 @@ import pytest
 import xarray as xr
 
 import rodmodel
-from calibration.judge import Verdict, compare_with_truth
-from calibration.layouts_report import report_rods
-from calibration.samples import on_loading_branch
-from calibration.truth import case_of
+from calibration.fit import on_loading_branch
+from calibration.report import report_rods
+from calibration.truth import Verdict, case_of, compare_with_truth
 
 FILE = Path(__file__).with_name("full_actuator.nc")
 # The windings that have ends of their own runs; the first one's serve the others.
@@ -141,7 +140,7 @@ def test_windings_that_are_mirror_images_bend_alike(truth: xr.Dataset) -> None:
 
 
 def test_sections_lean_as_the_documentation_says(truth: xr.Dataset) -> None:
-    """Figures of docs/rod.md, and the file's compliance within what pressure changes of it."""
+    """Figures of docs/notes/rod.md, and the file's compliance within what pressure changes of it."""
     states = truth.isel(state=truth["case"].values == "force-upright-0")
     (row,) = np.flatnonzero(states["tip_force"].values[:, 1] == 0.05)
     assert np.linalg.norm(states["middle_shear"].values[row]) == pytest.approx(13e-3, abs=0.5e-3)
@@ -166,7 +165,7 @@ def test_the_rod_is_as_near_as_the_documentation_says(verdict: Verdict) -> None:
     whole = actuator.body_length + actuator.cap_length
     stiffer = 1.0 - (1.0 - actuator.base_lag / whole) ** 3
     assert judge["response_percent"]["worst"] <= 50.0 * stiffer
-    # Figures of docs/calibration.md.
+    # Figures of docs/notes/calibration.md.
     assert judge["tip_percent"]["worst"] == pytest.approx(1.26, abs=0.05)
     assert fit[PAPER]["tip_percent"]["median"] == pytest.approx(0.34, abs=0.05)
 

@@ -131,7 +131,7 @@ def test_00_cell_points_keeps_what_it_has_and_follows_what_it_lacks(tmp_path: Pa
     """Two states of a path, a few seconds."""
     file = tmp_path / "points.json"
     file.write_text(json.dumps({"psi0": {"kept": True}}))
-    told = run_example("00_cell_points.py", str(file), "--only", "psi0", "ring", "--last-kpa", "10")
+    told = run_example("points/cell_points.py", str(file), "--only", "psi0", "ring", "--last-kpa", "10")
     held = json.loads(file.read_text())
     assert held["psi0"] == {"kept": True}
     assert held["ring"]["pressure_kpa"] == [5.0, 10.0]
@@ -144,7 +144,7 @@ def test_00_moment_points_go_both_ways_from_the_free_state(tmp_path: Path) -> No
     """Without pressure, with the stiffness that the section has at rest, one way and the other."""
     file = tmp_path / "points.json"
     names = [f"double-helix-chamber1-0-{way}" for way in ("on", "back")]
-    run_example("00_moment_points.py", str(file), "--only", *names)
+    run_example("points/moment_points.py", str(file), "--only", *names)
     on, back = (json.loads(file.read_text())[name] for name in names)
     assert on["moment_nmm"] == pytest.approx([0.0, 0.6, 1.2, 1.8, 2.4, 3.0], abs=1e-6)
     assert back["moment_nmm"] == pytest.approx([-m for m in on["moment_nmm"]], abs=1e-6)
@@ -157,7 +157,7 @@ def test_00_moment_points_go_both_ways_from_the_free_state(tmp_path: Path) -> No
 @pytest.mark.slow
 def test_00_actuator_frames_keep_the_skin_of_each_state(tmp_path: Path) -> None:
     """The first state of chamber 1, on a mesh of 1 800 hexahedra."""
-    script = runpy.run_path(str(ROOT / "examples" / "00_actuator_frames.py"))
+    script = runpy.run_path(str(ROOT / "examples" / "points" / "actuator_frames.py"))
     level = MeshLevel(4, 8, 2, 4, 1, 1, 1, 2.0)
     script["follow"]("chamber1", tmp_path, level, last=1)
     with np.load(tmp_path / "frames-chamber1.npz") as frames:
@@ -186,7 +186,7 @@ def test_11_animation_draws_rod_and_elements_and_tells_how_far_apart(tmp_path: P
 def test_00_twin_points_are_of_an_actuator_with_one_thicker_wall(monkeypatch: pytest.MonkeyPatch) -> None:
     """Chamber 1 at 5 kPa, on a mesh of 1 800 hexahedra: the thick wall is its own."""
     monkeypatch.syspath_prepend(str(ROOT / "examples"))
-    script = runpy.run_path(str(ROOT / "examples" / "00_twin_points.py"))
+    script = runpy.run_path(str(ROOT / "examples" / "points" / "twin_points.py"))
     level = MeshLevel(4, 8, 2, 4, 1, 1, 1, 2.0)
     first, second = (
         script["trace"]((name, way, (5.0,)), level)

@@ -1,6 +1,7 @@
 """Who may import whom: the rod and the FEM stand apart, and calibration sees only what both publish.
 
-Rooms of the rod see what others have at their doors, and those of the compiled rod see no JAX.
+Rooms see what others of their package have at their doors, in no circle; those of the compiled rod see no
+JAX, and the solver no geometry.
 """
 
 import ast
@@ -16,7 +17,6 @@ from typing import NamedTuple
 import pytest
 
 ROOT = Path(__file__).parents[2]
-RODMODEL = ROOT / "rodmodel"
 PACKAGES = ("rodmodel", "fem_reference", "calibration")
 
 
@@ -156,8 +156,15 @@ WITHOUT_JAX = {"actuator", "cli", "control", "core", "io", "view"}
 WITH_JAX = {"jax", "equinox", "diffrax", "optimistix"}
 
 
+# Rooms of the FEM that any equations may use: what they may import besides each other.
+OF_ANY_EQUATIONS = {"algebra", "solver"}
+GENERAL = {"algebra", "errors", "solver"}
+# Files that a folder may hold before nobody finds one.
+MOST_FILES = 14
+
+
 class RoomUse(NamedTuple):
-    """One import within rodmodel, or of a package of JAX."""
+    """One import within a package, or of a package of JAX."""
 
     line: int
     module: str
@@ -182,26 +189,31 @@ def room_uses(source: str) -> Iterator[RoomUse]:
                 yield RoomUse(node.lineno, f"{node.module}.{alias.name}", id(node) in late)
 
 
-def room_violations(room: str, source: str, doors: dict[str, set[str]]) -> list[str]:
-    """Return what `source`, a file of a room of rodmodel, may not import, one sentence each.
+def room_violations(package: str, room: str, source: str, doors: dict[str, set[str]]) -> list[str]:
+    """Return what `source`, a file of a room of a package, may not import, one sentence each.
 
     `doors` holds the names that each room exports. A room is a package, or a module beside the packages. In a
     function, what is public behind a door may be imported too: a door need not load all that is rarely used.
     """
+    without_jax = WITHOUT_JAX if package == "rodmodel" else set()
     found = []
     for use in room_uses(source):
-        package, *rest = use.module.split(".")
-        if package in WITH_JAX and room in WITHOUT_JAX and not use.late:
-            found.append(f"line {use.line}: {room} imports {package}, but not in a function")
-        if package != "rodmodel" or not rest or rest[0] == room:
+        top, *rest = use.module.split(".")
+        if top in WITH_JAX and room in without_jax and not use.late:
+            found.append(f"line {use.line}: {room} imports {top}, but not in a function")
+        if top != package or not rest or rest[0] == room:
             continue
         other, *names = rest
         if other not in doors:
             found.append(f"line {use.line}: {room} imports {use.module}, which is no room")
+        elif other == "cli":
+            found.append(f"line {use.line}: {room} imports {use.module}, which is for people")
         elif names and names[0] not in doors[other] and not (use.late and is_public(names)):
             found.append(f"line {use.line}: {room} imports {use.module}, which is not at the door")
-        elif room in WITHOUT_JAX and other not in WITHOUT_JAX and not use.late:
+        elif room in without_jax and other not in without_jax and not use.late:
             found.append(f"line {use.line}: {room} imports {other}, which needs JAX, but not in a function")
+        elif package == "fem_reference" and room in OF_ANY_EQUATIONS and other not in GENERAL:
+            found.append(f"line {use.line}: {room} imports {other}, but knows no geometry")
     return found
 
 
@@ -223,56 +235,103 @@ def door(file: Path) -> set[str]:
     return {name for name in names if not name.startswith("_")}
 
 
-def rooms() -> dict[str, list[Path]]:
-    """Return the files of each room of rodmodel, its door first."""
-    found = {file.parent.name: [file, *file.parent.rglob("*.py")] for file in RODMODEL.glob("*/__init__.py")}
-    found |= {file.stem: [file] for file in RODMODEL.glob("*.py") if file.stem != "__init__"}
+def rooms(package: str) -> dict[str, list[Path]]:
+    """Return the files of each room of a package, its door first."""
+    doors = (ROOT / package).glob("*/__init__.py")
+    found = {file.parent.name: [file, *file.parent.rglob("*.py")] for file in doors}
+    found |= {file.stem: [file] for file in (ROOT / package).glob("*.py") if file.stem != "__init__"}
     return found
 
 
-@pytest.mark.parametrize("room", sorted(rooms()))
-def test_rooms_import_each_other_by_their_doors(room: str) -> None:
-    doors = {name: door(files[0]) for name, files in rooms().items() if not name.startswith("_")}
+ROOMS = [(package, room) for package in PACKAGES for room in sorted(rooms(package))]
+
+
+@pytest.mark.parametrize(("package", "room"), ROOMS)
+def test_rooms_import_each_other_by_their_doors(package: str, room: str) -> None:
+    within = rooms(package)
+    doors = {name: door(files[0]) for name, files in within.items() if not name.startswith("_")}
     found = {
         str(file.relative_to(ROOT)): wrong
-        for file in rooms()[room]
-        if (wrong := room_violations(room, file.read_text(), doors))
+        for file in within[room]
+        if (wrong := room_violations(package, room, file.read_text(), doors))
     }
     assert not found
 
 
-def test_rooms_import_each_other_in_no_circle() -> None:
+@pytest.mark.parametrize("package", PACKAGES)
+def test_rooms_import_each_other_in_no_circle(package: str) -> None:
     before = {
         room: {
             use.module.split(".")[1]
             for file in files
             for use in room_uses(file.read_text())
-            if use.module.startswith("rodmodel.") and not use.late
+            if use.module.startswith(f"{package}.") and not use.late
         }
         - {room}
-        for room, files in rooms().items()
+        for room, files in rooms(package).items()
     }
     order = list(TopologicalSorter(before).static_order())
-    assert set(order) >= set(rooms())
+    assert set(order) >= set(rooms(package))
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_files_import_each_other_in_no_circle(package: str) -> None:
+    names = {
+        ".".join(file.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): file
+        for file in (ROOT / package).rglob("*.py")
+    }
+    before = {
+        name: {
+            imported
+            for use in room_uses(file.read_text())
+            if not use.late
+            if (imported := use.module if use.module in names else use.module.rpartition(".")[0]) in names
+            and imported != name
+        }
+        for name, file in names.items()
+    }
+    assert set(TopologicalSorter(before).static_order()) >= set(names)
+
+
+@pytest.mark.parametrize("top", [*PACKAGES, "examples", "tests"])
+def test_folders_stay_small_enough_to_find_a_file_in(top: str) -> None:
+    folders = [
+        ROOT / top,
+        *(folder for folder in (ROOT / top).rglob("*/") if "__pycache__" not in folder.parts),
+    ]
+    counts = {
+        str(folder.relative_to(ROOT)): number
+        for folder in folders
+        if (number := sum(file.suffix in {".py", ".c", ".h"} for file in folder.iterdir())) > MOST_FILES
+    }
+    assert not counts
 
 
 @pytest.mark.parametrize(
-    ("room", "source"),
+    ("package", "room", "source"),
     [
-        ("io", "import jax"),
-        ("core", "from jax import numpy"),
-        ("view", "from rodmodel.section import SectionLaw"),
-        ("cli", "from rodmodel.view.rod_plot import plot_rod"),
-        ("cli", "def late():\n    from rodmodel.view._colours import CHAMBERS"),
-        ("control", "from rodmodel.core import _native"),
-        ("control", "from rodmodel.core import spin"),
-        ("statics", "from rodmodel import Rod"),
-        ("statics", "def late():\n    from rodmodel._rod import Rod"),
+        ("rodmodel", "io", "import jax"),
+        ("rodmodel", "core", "from jax import numpy"),
+        ("rodmodel", "view", "from rodmodel.section import SectionLaw"),
+        ("rodmodel", "cli", "from rodmodel.view.rod_plot import plot_rod"),
+        ("rodmodel", "cli", "def late():\n    from rodmodel.view._colours import CHAMBERS"),
+        ("rodmodel", "control", "from rodmodel.core import _native"),
+        ("rodmodel", "control", "from rodmodel.core import spin"),
+        ("rodmodel", "statics", "from rodmodel import Rod"),
+        ("rodmodel", "statics", "def late():\n    from rodmodel._rod import Rod"),
+        ("rodmodel", "view", "from rodmodel.cli import main"),
+        ("fem_reference", "cell", "from fem_reference.solver.newton import solve"),
+        ("fem_reference", "solver", "from fem_reference.mesh import BodyMesh"),
+        ("calibration", "fit", "from calibration.sweep import spin"),
     ],
 )
-def test_an_import_past_a_door_is_found(room: str, source: str) -> None:
-    doors = {"core": {"CoreRod"}, "section": {"SectionLaw"}, "view": {"plot_rod"}}
-    assert len(room_violations(room, source, doors)) == 1
+def test_an_import_past_a_door_is_found(package: str, room: str, source: str) -> None:
+    doors = {
+        "rodmodel": {"core": {"CoreRod"}, "section": {"SectionLaw"}, "view": {"plot_rod"}, "cli": {"main"}},
+        "fem_reference": {"solver": {"solve"}, "mesh": {"BodyMesh"}, "cell": {"PeriodCell"}},
+        "calibration": {"fit": {"fit"}, "sweep": {"run_sweep"}},
+    }
+    assert len(room_violations(package, room, source, doors[package])) == 1
 
 
 @pytest.mark.parametrize(
@@ -289,7 +348,7 @@ def test_an_import_past_a_door_is_found(room: str, source: str) -> None:
     ],
 )
 def test_an_import_by_a_door_is_not_reported(room: str, source: str) -> None:
-    assert room_violations(room, source, {"core": {"CoreRod"}, "section": {"SectionLaw"}}) == []
+    assert room_violations("rodmodel", room, source, {"core": {"CoreRod"}, "section": {"SectionLaw"}}) == []
 
 
 def test_importing_rodmodel_loads_no_heavy_package_and_leaves_jax_single_precision() -> None:

@@ -1,8 +1,8 @@
 """Claims of the paper with which ours agrees, each held to the finite-element points that ship.
 
 "Modeling of a two-degree-of-freedom fiber-reinforced soft pneumatic actuator", Robotica (2023); the numbers
-are those of docs/paper.md. Points are of the coarse cell, whose angle errs by 0.2 % at 40 kPa against the
-finest mesh; comparisons of layouts on one mesh are finer than that.
+are those of docs/explanation/paper.md. Points are of the coarse cell, whose angle errs by 0.2 % at 40 kPa
+against the finest mesh; comparisons of layouts on one mesh are finer than that.
 """
 
 import json

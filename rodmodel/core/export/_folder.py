@@ -70,7 +70,7 @@ def _files(found: "Found", single_precision: bool) -> dict[str, str]:
     """Text of every file, by name."""
     files = {
         file.name: file.read_text(encoding="utf-8")
-        for file in sorted(_SOURCES.glob("*.[ch]"))
+        for file in sorted(_SOURCES.rglob("*.[ch]"))
         if file.name not in _LEFT_OUT
     }
     if single_precision:

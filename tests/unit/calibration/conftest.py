@@ -17,10 +17,9 @@ def run_directory(tmp_path_factory):
     """A finished run, its dataset beside the paths' files."""
     from manufactured_cell import ManufacturedTracer
 
-    from calibration.dataset import build_dataset, save_dataset
-    from calibration.path_file import PathWriter, read_path
-    from calibration.run import RunPlan, open_run
-    from calibration.tracing import trace_path
+    from calibration.sweep import RunPlan, build_dataset, open_run, save_dataset
+    from calibration.sweep.path_file import PathWriter, read_path
+    from calibration.sweep.tracing import trace_path
     from fem_reference import ActuatorGeometry, DoubleHelix
     from rodmodel import Domain
 
@@ -40,13 +39,13 @@ def run_directory(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def dataset(run_directory):
-    from calibration.dataset import load_dataset
+    from calibration.sweep import load_dataset
 
     return load_dataset(run_directory / "dataset.nc")
 
 
 @pytest.fixture(scope="session")
 def samples(dataset):
-    from calibration.samples import loading_samples
+    from calibration.fit import loading_samples
 
     return loading_samples(dataset)

@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fem_reference import CellError, CellState, Load
-from fem_reference.configuration import Configuration
+from fem_reference.cell.state import Configuration
 
 BENDING = 2.45e-4  # [N m²]
 SNAP = np.array([0.0, np.deg2rad(5.0) / 60e-3, 0.0])
@@ -99,7 +99,7 @@ def follow(loads: Sequence[Load], start: CellState | None) -> Iterator[CellState
 
 @dataclass(frozen=True)
 class ManufacturedTracer:
-    """Stands where `calibration.sweep.CellTracer` stands, with failures on demand.
+    """Stands where `calibration.sweep.sweep.CellTracer` stands, with failures on demand.
 
     Parameters
     ----------

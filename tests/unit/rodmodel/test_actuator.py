@@ -68,6 +68,6 @@ def test_a_pitch_in_millimetres_is_refused() -> None:
 
 def test_every_shipped_actuator_is_plausible_and_the_manual_has_the_ranges() -> None:
     assert len(rodmodel.shipped_calibrations()) > 1
-    text = (ROOT / "docs" / "rod.md").read_text()
+    text = (ROOT / "docs" / "reference" / "refused_units.md").read_text()
     for name, (least, most, unit, _) in PLAUSIBLE.items():
         assert f"| `{name}` | {least:g} | {most:g} | {unit} |" in text

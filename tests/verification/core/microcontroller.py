@@ -1,6 +1,6 @@
 """The exported rod on a Cortex-M7 in QEMU: what it prints, and the memory that it takes.
 
-`python -m tests.verification.core.microcontroller` prints the table of docs/export.md.
+`python -m tests.verification.core.microcontroller` prints the table of docs/reference/c_export.md.
 """
 
 import re

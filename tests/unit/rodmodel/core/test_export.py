@@ -46,11 +46,12 @@ def array(text: str, name: str) -> np.ndarray:
 def test_it_holds_the_core_the_rod_and_what_calls_it(found: Found, tmp_path: Path):
     export(found, tmp_path / "rod")
     files = contents(tmp_path / "rod")
-    core = {file.name for file in SOURCES.glob("*.[ch]")} - {"dispatch.c", "dispatch.h"}
+    sources = {file.name: file for file in SOURCES.rglob("*.[ch]")}
+    core = sources.keys() - {"dispatch.c", "dispatch.h"}
     others = {"law.h", "law.c", "main.c", "rodmodel.hpp", "rodmodel_mex.c", "CMakeLists.txt", "README.md"}
     assert set(files) == core | others
     for name in core:
-        assert files[name] == (SOURCES / name).read_text()
+        assert files[name] == sources[name].read_text()
     assert "double-helix, ψ 0°, pitch 3 mm" in files["README.md"]
     assert not any("@" in text for text in files.values())
 

@@ -147,7 +147,7 @@ def test_a_calibration_has_one_law(unchecked: None, law: RidgeArrays | None, sec
 
 
 def test_the_manual_has_the_ranges_that_the_reader_has() -> None:
-    assert ranges_table() in (ROOT / "docs" / "calibration_file.md").read_text()
+    assert ranges_table() in (ROOT / "docs" / "reference" / "calibration_file.md").read_text()
 
 
 def test_the_ranges_hold_all_numbers_that_ship() -> None:

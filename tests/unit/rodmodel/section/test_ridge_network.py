@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from jaxtyping import Array
+from scipy.integrate import quad
 
 from rodmodel import RidgeLaw, RidgeNetwork, TurnedLaw
 from rodmodel.section import SYMMETRIES
@@ -35,6 +36,72 @@ def differences(function, x: Array, step: float) -> np.ndarray:
         for e in step * np.eye(3)
     ]
     return np.stack(columns, axis=-1)
+
+
+def adjusted() -> RidgeNetwork:
+    """As an actuator of one's own has it: straight at other pressures, with stiffness added."""
+    return replace(
+        synthetic.ridge_law(4, symmetry="none"),
+        rest_pressures=jnp.array([0.05, -0.02, 0.1]),
+        quadratic=jnp.array([0.2, 0.05, 0.3, -0.04, 0.06, 0.1]),
+    )
+
+
+def biased() -> RidgeNetwork:
+    """With a bias of its own for each image."""
+    biases = jnp.array(np.random.default_rng(5).normal(size=(2, 6)))
+    return replace(synthetic.ridge_law(5), feature_biases=biases)
+
+
+def images_of(symmetry: str) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Turns of the curvature by 120° with the chambers that they lead to, and their mirror images."""
+    c, s = -0.5, np.sqrt(0.75)
+    third, mirror = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]), np.diag(MIRROR_CURVATURE)
+    turns = range(3 if symmetry == "full" else 1)
+    turned = [(np.linalg.matrix_power(third, n), np.roll(np.arange(3), n)) for n in turns]
+    mirrored = [(mirror @ turn, order[MIRROR_CHAMBERS]) for turn, order in turned]
+    return turned if symmetry == "none" else turned + mirrored
+
+
+def potential_of(law: RidgeNetwork, u: np.ndarray, p: np.ndarray) -> float:
+    """Π as the docstring has it, a sum at a time, with φ the integral of its slope."""
+    matrix = np.zeros((3, 3))
+    matrix[np.tril_indices(3)] = law.factor
+    rest = np.zeros(3) if law.rest_pressures is None else np.asarray(law.rest_pressures)
+    images = images_of(law.symmetry)
+    biases = np.broadcast_to(law.feature_biases, (len(images), law.feature_biases.shape[-1]))
+
+    def features(q: np.ndarray, bias: np.ndarray) -> np.ndarray:
+        return np.concatenate([q, np.tanh(np.asarray(law.feature_weights) @ q + bias)])
+
+    total = 0.0
+    for (turn, order), bias in zip(images, biases, strict=True):
+        x = turn @ u / law.curvature_scale
+        h, h_rest = features(p[order] / law.pressure_scale, bias), features(rest[order], bias)
+        total += 0.5 * np.sum((matrix.T @ x) ** 2) + np.asarray(law.slopes) @ (h - h_rest)
+        ridges = map(np.asarray, (law.directions, law.mixing, law.offsets, law.weights))
+        for d, e, b, c in zip(*ridges, strict=True):
+            z, z_rest = float(d @ x + e @ h + b), float(e @ h_rest + b)
+            total += float(c) * quad(lambda z: (1.0 + z * z) ** -2, z_rest, z, epsabs=1e-14)[0]
+            total -= float(c) * (1.0 + z_rest**2) ** -2 * float(d @ x)
+    added = np.zeros((3, 3))
+    if law.quadratic is not None:
+        added[np.tril_indices(3)] = law.quadratic
+        added = added + np.tril(added, -1).T
+    x = u / law.curvature_scale
+    empty = law.rest_volume * np.sum(p - law.pressure_scale * rest)
+    return float(law.energy_scale * (total / len(images) + 0.5 * x @ added @ x) - empty)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [*(synthetic.ridge_law(symmetry=name) for name in SYMMETRIES), adjusted(), biased()],
+    ids=[*SYMMETRIES, "adjusted", "a bias for each image"],
+)
+def test_the_potential_is_its_formula(law: RidgeNetwork) -> None:
+    for u, p in states(2):
+        expected = potential_of(law, np.asarray(u), np.asarray(p))
+        np.testing.assert_allclose(law.potential(u, p), expected, rtol=1e-12)
 
 
 def test_potential_moment_and_free_curvature_vanish_at_rest(law: RidgeNetwork) -> None:
@@ -149,8 +216,16 @@ def test_arrays_that_do_not_fit_and_impossible_scales_are_refused() -> None:
     law = synthetic.ridge_law()
     with pytest.raises(ValueError, match=r"^mixing: got shape \(8, 5\), expected \(8, 9\)"):
         replace(law, mixing=law.mixing[:, :5])
+    with pytest.raises(ValueError, match=r"^quadratic: got shape \(3,\), expected \(6,\)"):
+        replace(adjusted(), quadratic=jnp.zeros(3))
     with pytest.raises(ValueError, match=r"^symmetry: got 'some', expected one of none, mirror, full"):
         replace(law, symmetry="some")
+    for added in ({"rest_pressures": jnp.zeros(3)}, {"quadratic": jnp.zeros(6)}):
+        with pytest.raises(ValueError, match=r"^symmetry: got 'mirror', expected none in an adjusted law"):
+            replace(law, **added)
+    with pytest.raises(ValueError, match=r"^feature_biases: got 3 rows, expected one, or 2"):
+        replace(law, feature_biases=jnp.zeros((3, 6)))
     for name in ("pressure_scale", "curvature_scale", "energy_scale", "rest_volume"):
-        with pytest.raises(ValueError, match=f"^{name}: got 0.0, expected a positive number"):
-            replace(law, **{name: 0.0})
+        for value in (0.0, -1.0, float("inf")):
+            with pytest.raises(ValueError, match=f"^{name}: got {value}, expected a positive number"):
+                replace(law, **{name: value})

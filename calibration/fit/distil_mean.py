@@ -1,0 +1,78 @@
+"""States of the mean of several laws, for one law to learn it from.
+
+Laws that were fitted to the same few states from different starts err between these in ways of their own,
+and their mean errs less than one of them. It has the ridges of them all; but since it is known wherever one
+asks, a law as small as one of them can follow it, at as many states as it takes.
+
+References
+----------
+Breiman (1996), Bagging predictors, Machine Learning 24, §4: why a mean errs less. Buciluǎ, Caruana,
+Niculescu-Mizil (2006), Model compression, KDD '06, 535: one network that follows many.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from calibration.fit.any_law import AnyLaw, law_at
+from calibration.fit.held_out_error import equilibrium, free_curvatures
+from calibration.fit.initial_law import random_pressures
+from calibration.fit.potential_derivatives import UPPER, gradient_and_hessian
+from calibration.fit.samples import Samples
+from rodmodel import Domain
+
+STATES = 1500
+# How far beyond the domain they go, which supports its edge as the sweeps' paths do.
+BEYOND = 1.05
+
+
+def mean_states(laws: Sequence[AnyLaw], domain: Domain, psi: Float[np.ndarray, " n"], seed: int) -> Samples:
+    """Random states under the domain's loads, with gradient and Hessian the mean of those of some laws.
+
+    Parameters
+    ----------
+    laws : whose mean it is; the curvatures are those at which the first of them balances the moments.
+    domain : of the loads; the states go a little beyond.
+    psi : orientations [rad] to draw from, where the laws are of all.
+    seed : of the random loads.
+
+    Returns
+    -------
+    states, all of them to train with; fewer where the first law has no equilibrium.
+    """
+    rng = np.random.default_rng(seed)
+    pressure = random_pressures(domain, STATES, BEYOND, rng)
+    direction = rng.standard_normal((STATES, 3))
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    # A part is without moment, as the domain's inside is.
+    size = np.maximum(0.0, 1.25 * rng.random((STATES, 1)) - 0.25)
+    moment = size * direction * np.asarray(domain.moment_axes)
+    angle = rng.choice(psi, STATES)
+    loads = jnp.asarray(pressure), jnp.asarray(moment)
+    start = free_curvatures(laws[0], loads[0], jnp.asarray(angle))
+    found, good = map(np.asarray, equilibrium(laws[0], *loads, start, jnp.asarray(angle)))
+    state = jnp.asarray(np.concatenate([found, pressure], axis=1)[good])
+    of_each = [np.asarray(_derivatives(law, state, jnp.asarray(angle[good]))) for law in laws]
+    mean = np.mean(of_each, axis=0)
+    hessian = np.zeros((len(mean), 6, 6))
+    hessian[:, *UPPER] = hessian.transpose(0, 2, 1)[:, *UPPER] = mean[:, 6:]
+    return Samples(
+        pressure=pressure[good],
+        curvature=found[good],
+        energy=np.full(len(mean), np.nan),
+        gradient=mean[:, :6],
+        hessian=hessian,
+        psi=angle[good],
+        path=np.array(["mean"] * len(mean)),
+        held_out=np.zeros(len(mean), dtype=bool),
+    )
+
+
+@eqx.filter_jit
+def _derivatives(law: AnyLaw, state: Float[Array, "n 6"], psi: Float[Array, " n"]) -> Any:
+    return jax.vmap(lambda y, angle: gradient_and_hessian(law_at(law, angle), y))(state, psi)

@@ -1,0 +1,208 @@
+"""From a dataset to a judged law: the steps that the command line runs."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import xarray as xr
+
+from calibration.fit.any_law import AnyLaw
+from calibration.fit.distil_mean import mean_states
+from calibration.fit.held_out_error import everywhere, figures
+from calibration.fit.initial_law import Scales, initial_law, initial_oriented, with_guess
+from calibration.fit.join_sweeps import joined
+from calibration.fit.levenberg_marquardt import Fitted, fit, mean_square
+from calibration.fit.samples import Metric, Samples, loading_samples, metric, softness
+from calibration.fit.stable_domain import narrowed
+from calibration.progress import progress_bar
+from calibration.sweep import attributes, inside
+from fem_reference import ActuatorGeometry
+from rodmodel import Domain, OrientedNetwork, RidgeNetwork, unfolded
+
+# Starts from other random weights that are tried, and iterations of each trial.
+STARTS, TRIAL_ITERATIONS = 3, 15
+# States whose softest direction has less than this part of the median stiffness are about to snap: no smooth
+# law can follow them, and none is asked to.
+SOFTEST = 0.1
+# How far around a state its Hessian is to tell the slopes: pressure [Pa], and share of the largest moment.
+NEAR_PRESSURE, NEAR_MOMENT = 4e3, 0.25
+# Of squares of parameters, against residuals of about one: see `fit`.
+PRIOR = 3e-3
+# The same, about the law of another winding; and of several, whose mean errs less than each of them.
+PRIOR_NEAR, PRIOR_NEAR_SEVERAL = 0.03, 3e-3
+# Significant ones of a law's numbers: 1e-9 is far below the law's own error, and files are half as long.
+DIGITS = 9
+#: Layouts whose section is the same from all chambers; the others have a mirror or not.
+_ALIKE = ("ring", "six-helix", "none")
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A fitted law with its held-out figures, or why there is none."""
+
+    law: RidgeNetwork | OrientedNetwork
+    domain: Domain
+    error: dict[str, Any]
+    training: dict[str, Any]
+    states: int
+    good: bool
+    complaint: str
+
+
+@dataclass(frozen=True)
+class Material:
+    """Training states, held-out states inside the domain, and the scales of a fit."""
+
+    train: Samples
+    held_out: Samples
+    metric: Metric
+    scales: Scales
+
+
+def prepare(
+    dataset: xr.Dataset, domain: Domain, length: float, others: Sequence[xr.Dataset] = ()
+) -> Material:
+    """Split a dataset by role; training keeps states beyond a narrowed domain, which support its edge.
+
+    Other datasets add their training states.
+    """
+    samples = loading_samples(dataset)
+    train = joined([samples, *map(loading_samples, others)]) if others else samples
+    train = train.where(~train.held_out & (softness(train) >= SOFTEST))
+    held_out = samples.where(samples.held_out & inside(domain, samples.pressure, samples.moment))
+    run = attributes(dataset)
+    geometry = ActuatorGeometry(**run["geometry"])
+    scales = Scales.of(domain, geometry.body_length, geometry.chamber_area)
+    return Material(train, held_out, metric_in(domain, train, length), scales)
+
+
+def metric_in(domain: Domain, samples: Samples, length: float) -> Metric:
+    """Scales of the residuals of some states of a domain."""
+    return metric(samples, length, NEAR_PRESSURE, NEAR_MOMENT * float(domain.moment_max))
+
+
+def symmetry_of(run: dict[str, Any]) -> str:
+    """Symmetry of the section, from the attributes of a run."""
+    if not run["mirror"]:
+        return "none"
+    return "full" if run["layout"] in _ALIKE else "mirror"
+
+
+def begin_near(law: AnyLaw, run: dict[str, Any]) -> AnyLaw:
+    """The law of another winding in the form that the states of a run are fitted with.
+
+    Raises
+    ------
+    ValueError
+        Where it is less symmetric than the run's section, or one of all orientations for a run of one.
+    """
+    if isinstance(law, OrientedNetwork):
+        if "orientations" not in run:
+            raise ValueError("a law of all orientations, expected one of a single orientation")
+        return law
+    if not isinstance(law, RidgeNetwork):
+        raise ValueError(f"a {type(law).__name__}, expected a network of ridges")
+    if "orientations" in run:
+        # The same at each orientation.
+        return OrientedNetwork(unfolded(law, "full"), jnp.zeros((len(law.feature_biases), 2)))
+    return unfolded(law, symmetry_of(run))
+
+
+def fit_and_judge(
+    dataset: xr.Dataset,
+    domain: Domain,
+    length: float,
+    ridges: int,
+    features: int,
+    iterations: int,
+    seed: int,
+    near: Sequence[AnyLaw] = (),
+    others: Sequence[xr.Dataset] = (),
+) -> Judged:
+    """Fit a network of ridges to the training states and measure it on the held-out ones.
+
+    Parameters
+    ----------
+    dataset : of a run.
+    domain : inside which the error is measured, if the law is stable all over it: it is narrowed to that.
+    length : of the body whose bending angle counts [m].
+    ridges, features : size of the law.
+    iterations : of the final training.
+    seed : of the first start.
+    near : laws of other windings to begin with, from `begin_near`, and to stay near. Of several, a law is
+        fitted near each, and one of the first's size learns their mean: see `mean_states`.
+    others : datasets of the same section whose training states are fitted too.
+    """
+    material = prepare(dataset, domain, length, others)
+    # Which start is best, the states of one dataset tell.
+    own = prepare(dataset, domain, length) if others and not near else material
+    run = attributes(dataset)
+    train, scales = material.train, material.metric
+    rounds = len(near) + 1 if len(near) > 1 else 1
+    before = 0 if near else STARTS * TRIAL_ITERATIONS
+    with progress_bar(before + rounds * iterations, "iterations") as advance:
+
+        def watch(stage: str) -> Any:
+            return lambda _, loss: advance(1, f"{stage}, loss {loss:.3g}")
+
+        def trial(number: int) -> Fitted[Any]:
+            size = (material.scales, ridges, features, seed + number)
+            oriented = "orientations" in run
+            start = initial_oriented(*size) if oriented else initial_law(*size, symmetry_of(run))
+            stage = watch(f"start {number + 1}/{STARTS}")
+            return fit(start, own.train, own.metric, TRIAL_ITERATIONS, prior=PRIOR, watch=stage)
+
+        if near:
+            starts, prior = list(near), PRIOR_NEAR if len(near) == 1 else PRIOR_NEAR_SEVERAL
+        else:
+            starts, prior = [min(map(trial, range(STARTS)), key=lambda trial: trial.loss).law], PRIOR
+
+        def trained(start: AnyLaw, samples: Samples, scales: Metric, stage: str) -> Fitted[Any]:
+            stay = bool(near)
+            return fit(start, samples, scales, iterations, prior=prior, stay_near=stay, watch=watch(stage))
+
+        fits = [trained(start, train, scales, "training") for start in starts]
+        found = fits[0]
+        if len(fits) > 1:
+            first = with_guess(found.law, domain)
+            mean = mean_states([first, *(other.law for other in fits[1:])], domain, train.psi, seed)
+            mean = mean.where(softness(mean) >= SOFTEST)
+            found = trained(first, mean, metric_in(domain, mean, length), "learning the mean")
+    law = rounded(with_guess(found.law, domain))
+    domain = narrowed(law, domain)
+    held_out = material.held_out
+    held_out = held_out.where(inside(domain, held_out.pressure, held_out.moment))
+    error = figures(law, held_out, length)
+    network = law.network if isinstance(law, OrientedNetwork) else law
+    training = {
+        "ridges": network.offsets.size,
+        "features": network.feature_weights.shape[0],
+        "iterations": found.iterations,
+        "converged": found.converged,
+        "mean_square_residual": mean_square(law, material.train, material.metric),
+        "prior": prior,
+        "states": len(material.train),
+        "paths": len(np.unique(material.train.path)),
+        "seed": seed,
+    }
+    complaint = ""
+    if not everywhere(error):
+        complaint = "the fitted law has no equilibrium at some held-out states"
+    states = len(material.train) + len(held_out)
+    return Judged(law, domain, error, training, states, not complaint, complaint)
+
+
+def rounded(law: Any) -> Any:
+    """The law with its numbers rounded, as its file will hold them."""
+
+    def shorter(leaf: Any) -> Any:
+        if not eqx.is_inexact_array(leaf):
+            return leaf
+        numbers = [float(f"{number:.{DIGITS}g}") for number in np.asarray(leaf).ravel()]
+        return jnp.asarray(np.reshape(numbers, leaf.shape))
+
+    return jax.tree.map(shorter, law)

@@ -1,0 +1,63 @@
+"""Where a fitted law bends freely and is stable, and the domain narrowed to that."""
+
+import math
+from dataclasses import replace
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from calibration.fit.any_law import AnyLaw, law_at
+from rodmodel import Domain
+
+PRESSURES = 20_000
+# A free state is taken for unstable where its softest direction has less than this part of the median
+# stiffness: a law that is right nowhere near there is wrong there.
+SOFTEST = 0.03
+_STEP = 500.0  # to whole multiples of which a narrowed domain is rounded down [Pa]
+
+
+def unstable_pressures(law: AnyLaw, domain: Domain, seed: int = 0) -> Float[np.ndarray, "n 3"]:
+    """Random pressures inside a domain at which the law has no stable free state [Pa].
+
+    A law of all orientations is tried at random ones.
+
+    Where a law bends wrongly between the states that it was fitted to, it usually has no free state at all,
+    or only one that is not stable.
+    """
+    rng = np.random.default_rng(seed)
+    pressure = np.zeros((0, 3))
+    while len(pressure) < PRESSURES:
+        more = rng.random((PRESSURES, 3)) * np.asarray(domain.pressure_max)
+        pressure = np.concatenate([pressure, more[more.sum(axis=1) <= domain.pressure_sum_max]])
+    pressure = pressure[:PRESSURES]
+    psi = 2.0 * np.pi * rng.random(PRESSURES)
+    stiffness = np.asarray(_free_stiffness(law, jnp.asarray(pressure), jnp.asarray(psi)))
+    softest = np.linalg.eigvalsh(np.where(np.isfinite(stiffness), stiffness, 0.0))[:, 0]
+    return pressure[softest < SOFTEST * np.median(softest)]
+
+
+def narrowed(law: AnyLaw, domain: Domain) -> Domain:
+    """The domain with its largest pressures lowered in proportion, until the law is stable all over it."""
+    bad = unstable_pressures(law, domain)
+    while len(bad):
+        share = float((bad / np.asarray(domain.pressure_max)).max(axis=1).min())
+        first, second, third = (
+            _STEP * (math.ceil(share * largest / _STEP) - 1) for largest in domain.pressure_max
+        )
+        domain = replace(domain, pressure_max=(first, second, third))
+        bad = unstable_pressures(law, domain)
+    return domain
+
+
+@eqx.filter_jit
+def _free_stiffness(
+    law: AnyLaw, pressure: Float[Array, "n 3"], psi: Float[Array, " n"]
+) -> Float[Array, "n 3 3"]:
+    def one(p: Array, angle: Array) -> Array:
+        at = law_at(law, angle).at(p)
+        return at.stiffness(at.free_curvature)
+
+    return jax.vmap(one)(pressure, psi)

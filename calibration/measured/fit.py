@@ -1,0 +1,242 @@
+"""Fit of the adjusted law to measurements, with standard errors and 95 % intervals."""
+
+import math
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.stats import norm, t
+
+from calibration.measured.adjusted_law import NAMES, default_parameters
+from calibration.measured.csv_file import Measured
+from calibration.measured.doubts import doubts_of_fit
+from calibration.measured.held_out import held_out
+from calibration.measured.identifiability import Held, identify
+from calibration.measured.profile_intervals import LowerMinimumError, profile_intervals
+from calibration.measured.residuals import Noise, Residuals
+from calibration.measured.states import Repeats, states_of
+from rodmodel import Rod
+from rodmodel.io import OuterWall
+
+# By how much each parameter may plausibly differ from its default: a fifth, and 2 kPa.
+SPREAD = np.array([0.2] * 4 + [2e3] * 3 + [0.2] * 3)
+# Gains are held last: they say most of what differs from one actuator to the next; walls first.
+_KEEP_FIRST = (1, 0, 0, 0, 2, 2, 2, 3, 3, 3)
+LEAST = np.array([0.1] * 4 + [-50e3] * 3 + [-0.9] * 3)
+MOST = np.array([10.0] * 4 + [50e3] * 3 + [9.0] * 3)
+_REPEATS = 5
+# Noise estimated from data without any, of what is given: what the rod's own tolerance leaves is below it.
+_LEAST_NOISE = 1e-6
+
+
+class MeasuredFitError(RuntimeError):
+    """The fit cannot be done or has not converged; the message is one line."""
+
+
+@dataclass(frozen=True)
+class MeasuredFit:
+    """Parameters, and how sure they are.
+
+    Attributes
+    ----------
+    parameters, standard_error : in the order and units of `NAMES`; the error of a held one is NaN.
+    interval : 95 %, (10, 2); infinite where the map does not reach so far, NaN where it was not looked for.
+    held : what the data do not tell.
+    noise_scale : what the given noise was multiplied by; 1 unless it was to be estimated.
+    chi_square : weighted squares over degrees of freedom, with the noise as given, of the map and adjusted.
+    of_map, adjusted : measured less predicted [rad, m], (states, outputs).
+    held_out : the same as `adjusted`, each state left out of the fit; see `held_out`.
+    angle : predicted bending angle, adjusted [rad].
+    weight : one over the noise of each measurement, as given, (states, outputs).
+    extrapolated : states whose adjusted pressures are above the map's domain.
+    repeats : the states, and the rows they are of.
+    doubts : why the adjusted map should not be used, each in words; none where nothing speaks against it.
+    """
+
+    parameters: np.ndarray
+    standard_error: np.ndarray
+    interval: np.ndarray
+    held: tuple[Held, ...]
+    noise_scale: float
+    chi_square: tuple[float, float]
+    of_map: np.ndarray
+    adjusted: np.ndarray
+    held_out: np.ndarray
+    angle: np.ndarray
+    weight: np.ndarray
+    extrapolated: int
+    repeats: Repeats
+    doubts: tuple[str, ...]
+
+
+def fit_measured(
+    rod: Rod, measured: Measured, noise: Noise, wall: OuterWall | None = None, insist: bool = False
+) -> MeasuredFit:
+    """Estimate the parameters of [`AdjustedLaw`][] by weighted nonlinear least squares.
+
+    Standard errors are those of the linearised model, from (JᵀJ)⁻¹ of the Jacobian over the noise. Intervals
+    are of the profile of the squares, as the law bends within them; see
+    [`profile_intervals`][calibration.measured.profile_intervals.profile_intervals]. What the data do not tell
+    is found at the default and held there; see [`identify`][calibration.measured.identifiability.identify].
+    Repeats of a state count as one measurement.
+
+    Parameters
+    ----------
+    rod : of the map.
+    measured : rows.
+    noise : of the measurements. Where it is to be estimated, its squares are multiplied by those of the
+        residuals over the degrees of freedom, and the intervals are those of Student's t.
+    wall : the outer wall that the wall variation counts in.
+    insist : look for the intervals of a fit that is in doubt too, which may take minutes.
+
+    Raises
+    ------
+    MeasuredFitError
+        Where the map has no equilibrium for a row, too few rows are left to estimate the noise, or the fit
+        does not converge.
+    """
+    repeats = states_of(measured)
+    residuals = Residuals(rod, repeats.measured, noise, OuterWall() if wall is None else wall)
+    default = default_parameters()
+    of_map, slopes = residuals(default)
+    lines = repeats.measured.lines
+    bad = [line for line, row in zip(lines, of_map, strict=True) if not np.all(np.isfinite(row))]
+    if bad:
+        raise MeasuredFitError(f"no equilibrium of the map for the measurement on line {bad[0]}")
+    start = default
+    for _ in range(_REPEATS):
+        estimate = _estimate(residuals, slopes, noise, start)
+        found = _result(residuals, estimate, of_map, repeats)
+        if found.doubts and not insist:
+            return found
+        try:
+            found.interval[:] = _intervals(residuals, estimate)
+            return found
+        except LowerMinimumError as lower:
+            # A profile bounds its own parameter only.
+            start = np.clip(_parameters(estimate.free, lower.parameters), LEAST, MOST)
+    raise MeasuredFitError("least squares have more minima than were searched: the data hardly tell")
+
+
+@dataclass(frozen=True)
+class _Estimate:
+    """A minimum of the squares; `rise` of them at the ends of 95 % intervals, `free` parameters by number."""
+
+    parameters: np.ndarray
+    standard_error: np.ndarray
+    free: list[int]
+    held: tuple[Held, ...]
+    at_bound: list[int]
+    noise_scale: float
+    chi_square: float
+    rise: float
+
+
+def _estimate(residuals: Residuals, slopes: np.ndarray, noise: Noise, start: np.ndarray) -> _Estimate:
+    """Least squares over what the slopes at the default tell, with the noise as given or estimated."""
+    scale, free_before = 1.0, None
+    for _ in range(_REPEATS):
+        free, held = identify(slopes / scale, NAMES, SPREAD, _KEEP_FIRST)
+        if free == free_before:
+            break
+        found, at_bound = _minimise(residuals, free, start)
+        adjusted, at_end = residuals(found)
+        degrees = adjusted.size - len(free)
+        if degrees < 1 and noise.estimate:
+            raise MeasuredFitError(
+                f"{adjusted.size} measured numbers for {len(free)} parameters: none left for the noise"
+            )
+        squares = float(np.sum(adjusted**2)) / max(degrees, 1)
+        if not noise.estimate:
+            break
+        scale, free_before = max(math.sqrt(squares), _LEAST_NOISE), free
+    error = np.full(len(NAMES), np.nan)
+    if free:
+        inverse = np.linalg.pinv(at_end[:, free] * SPREAD[free])
+        error[free] = scale * SPREAD[free] * np.linalg.norm(inverse, axis=1)
+    width = float(t.ppf(0.975, degrees)) if noise.estimate else float(norm.ppf(0.975))
+    return _Estimate(found, error, free, tuple(held), at_bound, scale, squares, (scale * width) ** 2)
+
+
+def _result(residuals: Residuals, estimate: _Estimate, of_map: np.ndarray, repeats: Repeats) -> MeasuredFit:
+    """What was found, without intervals, and what speaks against it."""
+    found, free = estimate.parameters, estimate.free
+    adjusted, slopes = residuals(found)
+    outside = int(np.sum(~residuals.inside(found)))
+    left_out = held_out(adjusted, slopes[:, free] * SPREAD[free], estimate.noise_scale)
+    return MeasuredFit(
+        parameters=found,
+        standard_error=estimate.standard_error,
+        interval=np.full((len(NAMES), 2), np.nan),
+        held=estimate.held,
+        noise_scale=estimate.noise_scale,
+        chi_square=(float(np.sum(of_map**2)) / of_map.size, estimate.chi_square),
+        of_map=of_map / residuals.weight,
+        adjusted=adjusted / residuals.weight,
+        held_out=left_out / residuals.weight,
+        angle=residuals.angle(found),
+        weight=residuals.weight,
+        extrapolated=outside,
+        repeats=repeats,
+        doubts=doubts_of_fit(
+            residuals.rod,
+            repeats.measured,
+            found,
+            (of_map, adjusted),
+            residuals.weight,
+            free,
+            estimate.at_bound,
+            outside,
+        ),
+    )
+
+
+def _minimise(residuals: Residuals, free: list[int], start: np.ndarray) -> tuple[np.ndarray, list[int]]:
+    """Least squares over free parameters from a start, the others at their default; which are at bounds."""
+    if not free:
+        return default_parameters(), []
+    ended = least_squares(
+        lambda x: _over_spread(residuals, free, x)[0],
+        _scaled(free, start),
+        lambda x: _over_spread(residuals, free, x)[1],
+        bounds=tuple(_scaled(free, bound) for bound in (LEAST, MOST)),
+        xtol=1e-9,
+        ftol=1e-10,
+        gtol=1e-10,
+        max_nfev=100,
+    )
+    if not ended.success:
+        raise MeasuredFitError(
+            f"least squares did not converge in {ended.nfev} evaluations: are the data of the map's "
+            "actuator, and the columns those of their names?"
+        )
+    return _parameters(free, ended.x), [free[n] for n in np.flatnonzero(ended.active_mask)]
+
+
+def _intervals(residuals: Residuals, estimate: _Estimate) -> np.ndarray:
+    """Where the squares, least over the other free parameters, have risen, (10, 2); NaN of held ones."""
+    free, interval = estimate.free, np.full((len(NAMES), 2), np.nan)
+    if free:
+        found, least, most = (_scaled(free, p) for p in (estimate.parameters, LEAST, MOST))
+        ends = profile_intervals(partial(_over_spread, residuals, free), found, estimate.rise, least, most)
+        interval[free] = default_parameters()[free, None] + SPREAD[free, None] * ends
+    return interval
+
+
+def _over_spread(residuals: Residuals, free: list[int], x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Residuals (n,) and slopes (n, free) at free parameters over their spread."""
+    residual, slopes = residuals(_parameters(free, x))
+    return residual.ravel(), slopes[:, free] * SPREAD[free]
+
+
+def _scaled(free: list[int], parameters: np.ndarray) -> np.ndarray:
+    """Free parameters as differences from their default over their spread."""
+    return ((parameters - default_parameters()) / SPREAD)[free]
+
+
+def _parameters(free: list[int], x: np.ndarray) -> np.ndarray:
+    """All parameters, of which the free ones are given by `_scaled`."""
+    parameters = default_parameters()
+    parameters[free] += SPREAD[free] * x
+    return parameters

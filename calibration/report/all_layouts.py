@@ -1,0 +1,158 @@
+"""All laws that ship and all windings of the truth, in two tables: map against cell, rod against actuator."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from calibration.provenance import sha256
+from calibration.report.law_report import judge
+from calibration.sweep import DatasetError, attributes, load_dataset
+from calibration.truth import Verdict, case_of, judgement, layout_of
+from rodmodel import Calibration, Layout
+
+
+@dataclass(frozen=True)
+class MapReport:
+    """A law against the cell.
+
+    Parameters
+    ----------
+    calibration : of the law.
+    error : held-out figures of `calibration.fit.held_out_error.figures`.
+    recomputed : from the dataset that the law was fitted to; else they are those that its file states.
+    """
+
+    calibration: Calibration
+    error: Mapping[str, Any]
+    recomputed: bool
+
+
+def datasets_by_checksum(directory: Path) -> dict[str, Path]:
+    """All netCDF files of a directory, by what calibration files know their dataset by.
+
+    Raises
+    ------
+    DatasetError
+        Where there is none.
+    """
+    found = {sha256(file): file for file in sorted(directory.glob("*.nc"))}
+    if not found:
+        raise DatasetError(f"datasets: got {directory}, expected a directory with netCDF files of `run`")
+    return found
+
+
+def report_map(calibration: Calibration, datasets: Mapping[str, Path], figures: Path | None) -> MapReport:
+    """Held-out figures of a law, and pictures where its dataset is there.
+
+    Parameters
+    ----------
+    calibration : of the law.
+    datasets : of `datasets_by_checksum`.
+    figures : directory for the law's own directory of pictures, or None for no pictures.
+    """
+    file = datasets.get(calibration.provenance.get("dataset_sha256", ""))
+    if file is None:
+        return MapReport(calibration, calibration.error, recomputed=False)
+    dataset = load_dataset(file)
+    length = attributes(dataset)["geometry"]["body_length"]
+    own = None if figures is None else figures / file.stem
+    error = judge(calibration.section_law, dataset, calibration.domain, length, own)
+    return MapReport(calibration, error, recomputed=True)
+
+
+def report_rods(verdict: Verdict, role: str = "judge") -> dict[str, dict[str, Any]]:
+    """Figures of a role's runs for each winding that has a rod, by its title, and ``all`` of them."""
+    titles = {name: title(layout_of(case_of(name).winding)) for name in dict.fromkeys(verdict.case)}
+    found = {}
+    for winding in dict.fromkeys(titles.values()):
+        figures = judgement(verdict, role, [name for name in titles if titles[name] == winding])
+        if figures["judged"]:
+            found[winding] = figures
+    return {**found, "all": judgement(verdict, role)}
+
+
+def title(layout: Layout) -> str:
+    """Winding layout for people, as in "double-helix, pitch 3 mm, ψ = 0°"."""
+    parts = [layout.name, f"pitch {1e3 * layout.pitch:g} mm"]
+    if layout.name == "double-helix":
+        parts.append("any ψ" if layout.psi is None else f"ψ = {math.degrees(layout.psi):g}°")
+    return ", ".join(parts)
+
+
+def markdown(maps: Sequence[MapReport], rods: Mapping[str, Mapping[str, Any]]) -> str:
+    """Both tables, for people."""
+    lines = [
+        "# Errors of maps and rods",
+        "",
+        "What `rodmodel-calibrate report` prints.",
+        "",
+        "## Map against cell",
+        "",
+        "Held-out states: loading paths that no fit has seen. Median / 95th percentile / worst; angles over "
+        "the body's length, moments and volumes as a part of their range over these states.",
+        "",
+        "| law | pressures to [kPa] | ridges | states that train, on paths | held out, on paths "
+        "| free bending [deg] | with its plane [deg] | under moment [deg] | moment, 95 % | volume, 95 % "
+        "| free bending is worst at [kPa] |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    for row in maps:
+        domain = row.calibration.domain
+        limits = ", ".join(f"{1e-3 * p:g}" for p in domain.pressure_max)
+        worst = row.error["free_bending_angle_rad"].get("worst_at", {}).get("pressure_pa", [])
+        training = row.calibration.provenance.get("training", {})
+        cells = [
+            title(row.calibration.layout) + ("" if row.recomputed else " (as its file states)"),
+            f"{limits}; {1e-3 * domain.pressure_sum_max:g} in sum",
+            str(training.get("ridges", "—")),
+            _counts(training),
+            _counts(row.error),
+            *(
+                _three(row.error.get(key), math.degrees(1.0))
+                for key in ("free_bending_angle_rad", "free_bending_vector_rad", "loaded_bending_angle_rad")
+            ),
+            *(_share(row.error.get(key)) for key in ("moment_nm", "volume_m2")),
+            " ".join(f"{1e-3 * p:.1f}" for p in worst) or "—",
+        ]
+        lines.append("| " + " | ".join(cells) + " |")
+    lines += [
+        "",
+        "## Rod against full actuator",
+        "",
+        "Judge runs, states inside the rod's domain. Median / 95th percentile / worst; the tip's distance in "
+        "percent of the body's length, θ up to 150°.",
+        "",
+        "| winding | states | tip [%] | θ [deg] | γ [deg] | tip under loads [%] | volumes [mm³] "
+        "| θ within the stated 90 % bound | tip is worst at |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    for winding, figures in rods.items():
+        cells = [winding, f"{figures['judged']} of {figures['states']}"]
+        cells += [
+            _three(figures.get(key), 1.0)
+            for key in ("tip_percent", "angle_deg", "plane_deg", "loaded_tip_percent", "volume_mm3")
+        ]
+        share = figures.get("stated_bound_share")
+        cells.append("—" if share is None else f"{100.0 * share:.0f} %")
+        at = figures.get("tip_percent", {}).get("worst_at")
+        cells.append(
+            "—" if at is None else f"{at['case']}, {' '.join(f'{p:g}' for p in at['pressure_kpa'])} kPa"
+        )
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def _counts(of: Mapping[str, Any]) -> str:
+    return f"{of['states']}, {of['paths']}" if "states" in of and "paths" in of else "—"
+
+
+def _three(row: Mapping[str, Any] | None, factor: float) -> str:
+    if row is None:
+        return "—"
+    return " / ".join(f"{factor * row[key]:.2f}" for key in ("median", "p95", "worst"))
+
+
+def _share(row: Mapping[str, Any] | None) -> str:
+    return "—" if row is None or "range" not in row else f"{100.0 * row['p95'] / row['range']:.1f} %"

@@ -1,0 +1,18 @@
+"""Sweeps of the cell: design of paths, tracing, run directory, dataset."""
+
+from calibration.sweep.dataset import DatasetError as DatasetError
+from calibration.sweep.dataset import attributes as attributes
+from calibration.sweep.dataset import build_dataset as build_dataset
+from calibration.sweep.dataset import load_dataset as load_dataset
+from calibration.sweep.dataset import save_dataset as save_dataset
+from calibration.sweep.design import LoadingPath as LoadingPath
+from calibration.sweep.design import design_paths as design_paths
+from calibration.sweep.design import inside as inside
+from calibration.sweep.errors import SweepError as SweepError
+from calibration.sweep.run_directory import END_COMPLIANCE as END_COMPLIANCE
+from calibration.sweep.run_directory import RunError as RunError
+from calibration.sweep.run_directory import RunPlan as RunPlan
+from calibration.sweep.run_directory import open_run as open_run
+from calibration.sweep.run_directory import whole_material as whole_material
+from calibration.sweep.sweep import run_sweep as run_sweep
+from calibration.sweep.tracing import CellTracer as CellTracer

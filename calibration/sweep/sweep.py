@@ -1,0 +1,105 @@
+"""Run loading paths side by side, every state on disk as soon as it is found.
+
+Workers trace paths and tell of each state; the process that started the sweep writes the files, one for each
+path. A run that was killed takes up where it stopped: finished paths are left alone; an unfinished one is
+traced again from its start, for a state can only be reached by continuation, and only states not yet on file
+are added.
+"""
+
+import contextlib
+from collections.abc import Callable, Generator, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from calibration.progress import progress_bar
+from calibration.sweep.design import LoadingPath
+from calibration.sweep.errors import NoSchedulerError, SweepError, WorkersDiedError
+from calibration.sweep.path_file import PathRecord, PathWriter, path_file, read_path
+from calibration.sweep.tracing import Trace
+from calibration.sweep.workers import trace_in_processes
+
+
+def run_sweep(
+    make_trace: Callable[[], Trace],
+    paths: Sequence[LoadingPath],
+    directory: Path,
+    workers: int = 2,
+    scheduler: str | None = None,
+    show_progress: bool | None = None,
+) -> dict[str, PathRecord]:
+    """Trace the paths that are not yet finished in a run directory.
+
+    Parameters
+    ----------
+    make_trace : called once in each worker, so it must be picklable; returns the continuation.
+    paths : in the order in which to run them.
+    directory : of the run, made if missing; workers need not see it.
+    workers : processes of one thread each, on this machine; they end with the sweep.
+    scheduler : address of the scheduler of a dask cluster that runs already, whose workers are taken instead.
+        It is trusted with what it sends back, see `cluster`.
+    show_progress : None shows it where stderr is a terminal.
+
+    Returns
+    -------
+    records by the path's name.
+
+    Raises
+    ------
+    SweepError
+        If the scheduler does not answer, or a worker process died again and again on one path. Run again to
+        take up where it stopped.
+    PathFileError
+        If a path's file is damaged.
+    """
+    files = {path.name: path_file(directory, path.name) for path in paths}
+    pending = {path.name: path for path in paths if read_path(files[path.name]).end is None}
+    if pending:
+        writers = {name: PathWriter(files[name]) for name in pending}
+        try:
+            # Closed whatever happens, so that no process goes on.
+            with contextlib.closing(_traced(make_trace, pending, workers, scheduler)) as records:
+                _keep(records, pending, writers, show_progress)
+        except NoSchedulerError as error:
+            raise SweepError(f"sweep: {error}") from error
+        except WorkersDiedError as error:
+            raise SweepError(
+                f"sweep: worker processes died on path {error.path}; finished states are in "
+                f"{directory / 'paths'}, run again to go on"
+            ) from error
+    return {name: read_path(file) for name, file in files.items()}
+
+
+def _traced(
+    make_trace: Callable[[], Trace], pending: dict[str, LoadingPath], workers: int, scheduler: str | None
+) -> Generator[tuple[str, dict[str, Any]], None, None]:
+    if scheduler is None:
+        return trace_in_processes(make_trace, pending, min(workers, len(pending)))
+    # dask is needed for this alone, and takes a second to import.
+    from calibration.sweep.cluster import trace_on_cluster
+
+    return trace_on_cluster(make_trace, pending, scheduler)
+
+
+def _keep(
+    records: Iterator[tuple[str, dict[str, Any]]],
+    pending: dict[str, LoadingPath],
+    writers: dict[str, PathWriter],
+    show_progress: bool | None,
+) -> None:
+    """Write records as they come, and show how many of the loads are reached."""
+    loads = {
+        name: {(load.pressure, load.moment or (0.0, 0.0, 0.0)) for load in path.loads}
+        for name, path in pending.items()
+    }
+    reached: dict[str, set[Any]] = {name: set() for name in pending}
+    finished: set[str] = set()
+    with progress_bar(sum(map(len, loads.values())), "states", show_progress) as advance:
+        for name, record in records:
+            writers[name].add([record])
+            if "end" in record:
+                finished.add(name)
+                continue
+            load = tuple(record["pressure"]), tuple(record["applied_moment"])
+            new = load in loads[name] and load not in reached[name]
+            reached[name].add(load)
+            advance(new, f"path {len(finished)}/{len(pending)}")

@@ -1,0 +1,198 @@
+"""The rod against runs of the full actuator, state by state."""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import xarray as xr
+from jaxtyping import Bool, Float
+
+from calibration.fit import on_loading_branch
+from calibration.truth.cases import layout_of
+from calibration.truth.dataset import case_of
+from rodmodel import CalibrationNotFoundError, FixedStep, Rod, load
+
+# Agrees with the adaptive solver to 4e-6 of the length on random cases.
+_SOLVER = FixedStep(64)
+#: Bending angles up to which θ is judged [rad].
+ANGLE_JUDGED = np.deg2rad(150.0)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """States of the truth that a rod can be asked for, and how far it is from each.
+
+    Parameters
+    ----------
+    case, role, pressure : of each state; pressures [Pa].
+    loaded : whether it carries a tip force or gravity.
+    judged : inside the rod's domain, and on the loading branch; other states are left out of the figures.
+    angle : θ of the truth [rad].
+    tip : distance of the tips over the body's length.
+    angle_error, plane_error : of θ and γ [rad]; γ's is that of the tip's place over its distance from the
+        axis, and not a number for a straight actuator.
+    response : error of the tip's way under a tip force, from the run's state without it, over that way; not a
+        number for states without a tip force.
+    volume : error of each chamber's volume [m³]; stated : the rod's own 90 % bound of θ [rad].
+    """
+
+    case: np.ndarray
+    role: np.ndarray
+    pressure: Float[np.ndarray, "n 3"]
+    loaded: Bool[np.ndarray, " n"]
+    judged: Bool[np.ndarray, " n"]
+    angle: Float[np.ndarray, " n"]
+    tip: Float[np.ndarray, " n"]
+    angle_error: Float[np.ndarray, " n"]
+    plane_error: Float[np.ndarray, " n"]
+    response: Float[np.ndarray, " n"]
+    volume: Float[np.ndarray, "n 3"]
+    stated: Float[np.ndarray, " n"]
+
+
+def compare_with_truth(truth: xr.Dataset) -> Verdict:
+    """Solve the rods of the shipped calibrations under the loads of the truth.
+
+    A winding without a calibration has no judged state.
+    """
+    count = truth.sizes["state"]
+    names = truth["case"].values
+    pressure, force, gravity = (truth[key].values for key in ("pressure", "tip_force", "gravity"))
+    loaded = np.asarray(force.any(axis=1) | gravity.any(axis=1))
+    found: dict[str, Any] = {
+        "tip_position": np.full((count, 3), np.nan),
+        "bending_angle": np.full(count, np.nan),
+        "bending_plane": np.full(count, np.nan),
+        "chamber_volume": np.full((count, 3), np.nan),
+        "error_estimate": np.full(count, np.nan),
+        "converged": np.zeros(count, dtype=bool),
+        "in_domain": np.zeros(count, dtype=bool),
+    }
+    length = np.full(count, np.nan)
+    windings = np.array([repr(case_of(name).winding) for name in names], dtype=object)
+    for winding in dict.fromkeys(windings):
+        rod = _rod_of(names[windings == winding][0])
+        if rod is None:
+            continue
+        length[windings == winding] = rod.actuator.body_length
+        for with_loads in (False, True):
+            rows = np.flatnonzero((windings == winding) & (loaded == with_loads))
+            if rows.size:
+                for key, value in _solve(rod, pressure[rows], force[rows], gravity[rows], with_loads).items():
+                    found[key][rows] = value
+    turn = found["bending_plane"] - truth["bending_plane"].values
+    sideways = np.linalg.norm(truth["tip_position"].values[:, :2], axis=1) > 0.02 * length
+    return Verdict(
+        case=names,
+        role=truth["role"].values,
+        pressure=pressure,
+        loaded=loaded,
+        judged=found["converged"] & found["in_domain"] & on_loading_branch(truth, names),
+        angle=truth["bending_angle"].values,
+        tip=np.linalg.norm(found["tip_position"] - truth["tip_position"].values, axis=1) / length,
+        angle_error=np.abs(found["bending_angle"] - truth["bending_angle"].values),
+        plane_error=np.where(sideways, np.abs((turn + np.pi) % (2.0 * np.pi) - np.pi), np.nan),
+        response=_response(truth, found["tip_position"]),
+        volume=found["chamber_volume"] - truth["volume"].values,
+        stated=found["error_estimate"],
+    )
+
+
+def _response(truth: xr.Dataset, tip: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " n"]:
+    """Error of the way that a tip force takes the tip, at the pressures and the gravity of another state."""
+    names, force, theirs = (truth[key].values for key in ("case", "tip_force", "tip_position"))
+    rest = np.concatenate([truth[key].values for key in ("pressure", "gravity")], axis=1)
+    response = np.full(len(names), np.nan)
+    for state in np.flatnonzero(force.any(axis=1)):
+        without = np.flatnonzero(
+            (names == names[state]) & ~force.any(axis=1) & (rest == rest[state]).all(axis=1)
+        )
+        if without.size:
+            ours, way = (place[state] - place[without[0]] for place in (tip, theirs))
+            response[state] = np.linalg.norm(ours - way) / np.linalg.norm(way)
+    return response
+
+
+def _rod_of(case: str) -> Rod | None:
+    layout = layout_of(case_of(case).winding)
+    try:
+        return load(layout.name, layout.psi or 0.0, layout.pitch)
+    except CalibrationNotFoundError:
+        return None
+
+
+def _solve(
+    rod: Rod, pressure: np.ndarray, force: np.ndarray, gravity: np.ndarray, with_loads: bool
+) -> dict[str, np.ndarray]:
+    rows = _solved(rod, jnp.asarray(pressure), jnp.asarray(force), jnp.asarray(gravity), with_loads)
+    return {key: np.asarray(value) for key, value in rows.items()}
+
+
+# The rod is an argument, so that all layouts whose laws are of one size are compiled once.
+@eqx.filter_jit
+def _solved(
+    rod: Rod, pressure: jax.Array, force: jax.Array, gravity: jax.Array, with_loads: bool
+) -> dict[str, jax.Array]:
+    def one(p: jax.Array, f: jax.Array, g: jax.Array) -> dict[str, jax.Array]:
+        force, gravity = (f, g) if with_loads else (None, None)
+        s = rod.solve(p, force, None, gravity, throw=False, solver=_SOLVER)
+        return {
+            "tip_position": s.tip_position,
+            "bending_angle": s.bending_angle,
+            "bending_plane": s.bending_plane,
+            "chamber_volume": s.chamber_volume,
+            "error_estimate": s.error_estimate,
+            "converged": s.converged,
+            "in_domain": s.in_domain,
+        }
+
+    return jax.vmap(one)(pressure, force, gravity)
+
+
+def judgement(verdict: Verdict, role: str, cases: Collection[str] | None = None) -> dict[str, Any]:
+    """Figures of a role's judged states, of some cases or all: median, 95th percentile, worst and where.
+
+    ``tip_percent`` of the body's length and ``angle_deg`` up to 150°, without and with loads; ``plane_deg``;
+    ``response_percent`` of the way that a tip force takes the tip; ``volume_mm3`` of the worst chamber;
+    ``stated_bound_share`` : of states whose θ is within the rod's own bound.
+    """
+    asked = verdict.role == role
+    if cases is not None:
+        asked &= np.isin(verdict.case.astype(str), list(cases))
+    chosen = verdict.judged & asked
+    upright = verdict.angle <= ANGLE_JUDGED
+    volume = np.abs(verdict.volume).max(axis=1)
+    result: dict[str, Any] = {
+        "states": int(asked.sum()),
+        "judged": int(chosen.sum()),
+        "cases": sorted(set(verdict.case[chosen])),
+    }
+    for name, values, among in (
+        ("tip_percent", 100.0 * verdict.tip, ~verdict.loaded),
+        ("loaded_tip_percent", 100.0 * verdict.tip, verdict.loaded),
+        ("angle_deg", np.rad2deg(verdict.angle_error), upright & ~verdict.loaded),
+        ("loaded_angle_deg", np.rad2deg(verdict.angle_error), upright & verdict.loaded),
+        ("plane_deg", np.rad2deg(verdict.plane_error), np.isfinite(verdict.plane_error)),
+        ("response_percent", 100.0 * verdict.response, np.isfinite(verdict.response)),
+        ("volume_mm3", 1e9 * volume, np.ones_like(upright)),
+    ):
+        rows = np.flatnonzero(chosen & among)
+        if rows.size:
+            worst = rows[np.argmax(values[rows])]
+            result[name] = {
+                "median": float(np.median(values[rows])),
+                "p95": float(np.percentile(values[rows], 95, method="higher")),
+                "worst": float(values[worst]),
+                "worst_at": {
+                    "case": str(verdict.case[worst]),
+                    "pressure_kpa": (1e-3 * verdict.pressure[worst]).tolist(),
+                },
+            }
+    if chosen.any():
+        inside = verdict.angle_error[chosen] <= verdict.stated[chosen]
+        result["stated_bound_share"] = float(inside.mean())
+    return result

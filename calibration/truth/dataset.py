@@ -1,0 +1,309 @@
+"""Runs of the full actuator: traced case by case, then gathered into the dataset that judges rods."""
+
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from jaxtyping import Bool
+from scipy.spatial.transform import Rotation
+
+from calibration.fit import on_loading_branch
+from calibration.provenance import code_version, today
+from calibration.truth.cases import TruthCase, cases
+from fem_reference import (
+    Actuator,
+    ActuatorGeometry,
+    ActuatorRun,
+    ActuatorState,
+    Kind,
+    MeshLevel,
+    RecordError,
+    RunError,
+    Text,
+    level_from_record,
+    level_record,
+    load_record,
+    parse_record,
+    read_record,
+    refuse_faults,
+)
+from rodmodel.io import write_atomically
+
+# name in the dataset, key of the record, dims beside "state", unit, factor to that unit, largest magnitude
+_VARIABLES: tuple[tuple[str, str, tuple[str, ...], str, float, float], ...] = (
+    ("pressure", "pressure_kpa", ("chamber",), "Pa", 1e3, 1e8),
+    ("tip_force", "tip_force_n", ("axis",), "N", 1.0, 1e6),
+    ("gravity", "gravity_m_per_s2", ("axis",), "m/s2", 1.0, 1e5),
+    ("bending_angle", "bending_angle_deg", (), "rad", np.pi / 180.0, 1e4),
+    ("bending_plane", "bending_plane_deg", (), "rad", np.pi / 180.0, 10.0),
+    ("tip_position", "tip_position_mm", ("axis",), "m", 1e-3, 1e2),
+    ("tip_rotation", "tip_rotation", ("row", "column"), "1", 1.0, 1.001),
+    ("volume", "chamber_volume_mm3", ("chamber",), "m3", 1e-9, 1e3),
+    ("residual", "residual_n", (), "N", 1.0, 1e6),
+    ("jumped", "jumped", (), "1", 1.0, 1.0),
+)
+_LENGTHS = {"chamber": 3, "axis": 3, "row": 3, "column": 3}
+# Of each case's files: what was run, and by which command.
+_RUN_KEYS: dict[str, Kind] = {"role": Text(), "winding": Text()}
+_NOTE_KEYS: dict[str, Kind] = {"command": Text(), "code_version": Text(), "date": Text()}
+#: Stations along the rod at which its axis is kept [m].
+STATIONS = np.linspace(0.0, 60e-3, 13)
+
+#: From where to where along the rod the curvature is that of the middle [m], two diameters from either end.
+MIDDLE = (24e-3, 36e-3)
+
+
+class TruthError(ValueError):
+    """No such case, or nothing to gather."""
+
+
+def case_of(name: str) -> TruthCase:
+    """Return the case of that name, or raise a `TruthError` that lists them."""
+    known = {case.name: case for case in cases()}
+    if name not in known:
+        raise TruthError(f"case: got {name!r}, expected one of {', '.join(known)}")
+    return known[name]
+
+
+def trace(case: TruthCase, directory: Path, level: str | MeshLevel, command: str) -> Iterator[ActuatorState]:
+    """Follow a case's loads, every state on disk as soon as it is found; a killed run goes on.
+
+    Parameters
+    ----------
+    case : to follow.
+    directory : of all runs; the case's own is in it.
+    level : mesh level of the actuator.
+    command : that repeats it, for the provenance.
+
+    Raises
+    ------
+    ActuatorError
+        When a load is not reached; what was found before is kept.
+    RunError
+        Where the directory holds another run of that name.
+    """
+    actuator = Actuator(winding=case.winding, level=level, symmetric=case.symmetric)
+    description = {
+        "case": case.name,
+        "role": case.role,
+        "winding": repr(case.winding),
+        "mesh": level_record(level),
+        "symmetric": case.symmetric,
+        "loads": [load_record(load) for load in case.loads],
+    }
+    run = ActuatorRun(directory / case.name, description)
+    note = directory / case.name / "provenance.json"
+    if not note.exists():
+        told = {"command": command, "code_version": code_version(), "date": today()}
+        write_atomically(note, json.dumps(told))
+    return run.states(actuator, case.loads)
+
+
+def gather(directory: Path, chosen: Sequence[TruthCase] | None = None) -> xr.Dataset:
+    """All finished states of the runs in a directory, in SI units.
+
+    Raises
+    ------
+    TruthError
+        Where there is none, or a file of a run is damaged.
+    """
+    rows: list[tuple[TruthCase, dict[str, Any]]] = []
+    provenance: dict[str, Any] = {}
+    for case in cases() if chosen is None else chosen:
+        folder = directory / case.name
+        if not (folder / "run.json").exists():
+            continue
+        try:
+            held = read_record(folder / "run.json", _RUN_KEYS)
+            level_from_record(held.get("mesh"), f"{folder / 'run.json'}: mesh")
+            note = read_record(folder / "provenance.json", _NOTE_KEYS)
+            found = ActuatorRun(folder, held).records()
+        except (RecordError, RunError) as error:
+            raise TruthError(f"truth: {error}") from error
+        rows += [(case, record) for record in found]
+        provenance[case.name] = {
+            **note,
+            "mesh": held["mesh"],
+            "reached": len(found),
+            "loads": len(case.loads),
+        }
+    if not rows:
+        raise TruthError(f"truth: no finished state in {directory}; expected runs of `truth`")
+    data: dict[str, Any] = {
+        name: (
+            ("state", *dims),
+            factor * np.array([record[key] for _, record in rows], float),
+            {"units": unit},
+        )
+        for name, key, dims, unit, factor, _ in _VARIABLES
+    }
+    axis = [_at_stations(record["axis"]) for _, record in rows]
+    middle = [_middle_curvature(record["axis"]) for _, record in rows]
+    lean = np.array([_middle_lean(record) for _, record in rows])
+    data["middle_shear"] = (("state", "across"), lean[:, 0], {"units": "rad"})
+    data["middle_force"] = (("state", "across"), lean[:, 1], {"units": "N"})
+    data["middle_curvature"] = (("state", "axis"), np.array(middle), {"units": "1/m"})
+    data["axis_position"] = (("state", "station", "axis"), np.array(axis), {"units": "m"})
+    stable = [-1 if record["stable"] is None else int(record["stable"]) for _, record in rows]
+    data["stable"] = (("state",), np.array(stable), {"units": "1"})
+    for name, values in (
+        ("case", [case.name for case, _ in rows]),
+        ("role", [case.role for case, _ in rows]),
+    ):
+        data[name] = (("state",), np.array(values, dtype=object))
+    coords = {"station": ("station", STATIONS, {"units": "m"})}
+    meshes = {_mesh_text(run["mesh"]) for run in provenance.values()}
+    if len(meshes) > 1:
+        raise TruthError(f"truth: got runs on the meshes {', '.join(sorted(meshes))}, expected one mesh")
+    attrs = {"runs": json.dumps(provenance), "mesh": meshes.pop()}
+    return xr.Dataset(data, coords=coords, attrs=attrs)
+
+
+def merged(held: xr.Dataset, found: xr.Dataset) -> xr.Dataset:
+    """The cases of two datasets in the order of `cases`; of a case in both, the states of the second.
+
+    Raises
+    ------
+    TruthError
+        Where their meshes differ.
+    """
+    if held.attrs["mesh"] != found.attrs["mesh"]:
+        raise TruthError(
+            f"truth: got runs on the mesh {found.attrs['mesh']} beside those on {held.attrs['mesh']}, "
+            "expected one mesh"
+        )
+    kept = held.isel(state=~np.isin(held["case"].values.astype(str), found["case"].values.astype(str)))
+    both = xr.concat([kept, found], dim="state", combine_attrs="drop")
+    order = {case.name: number for number, case in enumerate(cases())}
+    numbers = [order.get(str(name), len(order)) for name in both["case"].values]
+    runs = {**json.loads(held.attrs["runs"]), **json.loads(found.attrs["runs"])}
+    runs = dict(sorted(runs.items(), key=lambda run: order.get(run[0], len(order))))
+    both = both.isel(state=np.argsort(numbers, kind="stable"))
+    # What was read from a file would be written with its strings' width: longer names would be cut.
+    return both.assign_attrs(runs=json.dumps(runs), mesh=found.attrs["mesh"]).drop_encoding()
+
+
+def truth_level(truth: xr.Dataset) -> MeshLevel:
+    """The mesh level of a dataset's runs.
+
+    Raises
+    ------
+    ValueError
+        Where its attribute tells none.
+    """
+    told = truth.attrs.get("mesh")
+    if isinstance(told, str) and told.startswith("{"):
+        told = parse_record(told, "mesh", {})
+    return level_from_record(told, "mesh")
+
+
+def _mesh_text(record: Any) -> str:
+    """A mesh level as an attribute has it: its name, or the JSON of its counts."""
+    return record if isinstance(record, str) else json.dumps(record, sort_keys=True)
+
+
+def load_truth(file: Path) -> xr.Dataset:
+    """Read what `gather` made.
+
+    Raises
+    ------
+    TruthError
+        Where it is no such file; one line that names it and what is wrong with it.
+    """
+    try:
+        truth = xr.load_dataset(file, engine="h5netcdf")
+    except (OSError, ValueError, KeyError, RuntimeError) as error:
+        told = " ".join(str(error).split())
+        raise TruthError(
+            f"truth: cannot read {file} as netCDF ({told}); expected a file of `truth --gather`"
+        ) from error
+    missing = {
+        "case",
+        "role",
+        "stable",
+        "middle_curvature",
+        "middle_shear",
+        *(name for name, *_ in _VARIABLES),
+    } - set(truth)
+    if missing:
+        raise TruthError(
+            f"truth: {file} lacks {', '.join(sorted(map(str, missing)))}; expected a file of `truth --gather`"
+        )
+    try:
+        _refuse_states(truth)
+        truth_level(truth)
+        runs = parse_record(str(truth.attrs.get("runs", "{}")), "runs", {})
+        for name, run in runs.items():
+            refuse_faults(run, f"runs: {name}", _NOTE_KEYS)
+    except ValueError as error:
+        raise TruthError(f"truth: {file}: {error}") from error
+    return truth
+
+
+def _refuse_states(truth: xr.Dataset) -> None:
+    """Raise a ValueError where states are none, or their numbers are out of range."""
+    states = truth.sizes.get("state", 0)
+    if not states:
+        raise ValueError("got no states, expected at least one")
+    for name, _, dims, unit, _, most in _VARIABLES:
+        found = truth[name]
+        shape = (states, *(_LENGTHS[dim] for dim in dims))
+        if found.shape != shape or found.dtype.kind not in "fiu":
+            raise ValueError(f"{name}: got {found.dtype} of {found.shape}, expected numbers of shape {shape}")
+        outside = ~(np.abs(found.values) <= most)
+        if outside.any():
+            raise ValueError(
+                f"{name}: got {found.values[outside][0]:g} in state {np.argwhere(outside)[0, 0]}, expected "
+                f"numbers from {-most:g} to {most:g} {unit}"
+            )
+    if strange := set(map(str, truth["role"].values)) - {"fit", "judge"}:
+        raise ValueError(f"role: got {sorted(strange)[0]!r}, expected fit or judge")
+
+
+def free_states(truth: xr.Dataset) -> Bool[np.ndarray, " states"]:
+    """Which states carry neither a tip force nor gravity, and are on the loading branch."""
+    loaded = truth["tip_force"].values.any(axis=1) | truth["gravity"].values.any(axis=1)
+    return ~loaded & on_loading_branch(truth, truth["case"].values)
+
+
+def _middle_curvature(axis: dict[str, Any]) -> np.ndarray:
+    """Curvature and twist of the rod's axis, mean over the middle of the body [1/m]."""
+    length = 1e-3 * np.array(axis["arc_length_mm"])
+    inside = (length >= MIDDLE[0] - 1e-9) & (length <= MIDDLE[1] + 1e-9)
+    mean: np.ndarray = np.array(axis["curvature_per_m"])[inside].mean(axis=0)
+    return mean
+
+
+def _middle_lean(record: dict[str, Any]) -> np.ndarray:
+    """How far sections lean against the axis along d₁ and d₂ [rad], and the force along these [N].
+
+    Means over the middle of the body; NaN of records that do not tell the sections' frames.
+    """
+    axis, geometry = record["axis"], ActuatorGeometry()
+    if "turn_rad" not in axis:
+        return np.full((2, 2), np.nan)
+    length = 1e-3 * np.array(axis["arc_length_mm"])
+    inside = (length >= MIDDLE[0] - 1e-9) & (length <= MIDDLE[1] + 1e-9)
+    # Silicone and rod are of one density: the weight goes by the volumes.
+    whole = np.pi / 4.0 * geometry.body_diameter**2
+    body, cap = whole - 3.0 * geometry.chamber_area, whole * geometry.cap_length
+    above = cap + body * (geometry.body_length - length[inside])
+    force = np.array(record["tip_force_n"])
+    weight = -np.array(record["base_force_n"]) - force
+    forces = force + np.outer(above / (cap + body * geometry.body_length), weight)
+    turns = Rotation.from_rotvec(np.array(axis["turn_rad"])[inside])
+    lean = 1e-3 * np.array(axis["shear_mrad"])[inside]
+    # The turn about d₂ is along d₁, that about d₁ against d₂.
+    mean: np.ndarray = np.array(
+        [lean[:, ::-1].mean(axis=0) * [1.0, -1.0], turns.inv().apply(forces)[:, :2].mean(axis=0)]
+    )
+    return mean
+
+
+def _at_stations(axis: dict[str, Any]) -> np.ndarray:
+    """The rod's axis at the stations [m], linear between the places where it is known, millimetres apart."""
+    position, length = np.array(axis["position_mm"]), np.array(axis["arc_length_mm"])
+    return np.column_stack([np.interp(1e3 * STATIONS, length, position[:, k]) for k in range(3)]) / 1e3

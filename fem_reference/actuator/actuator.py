@@ -1,0 +1,322 @@
+"""The full actuator: body, cap, rod, winding and closed chambers under pressures, tip loads and gravity.
+
+This is the package's SI face: millimetres, megapascals and newtons stay inside.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from fem_reference.actuator.equations import ActuatorEquations
+from fem_reference.actuator.load import ActuatorLoad, ActuatorTarget
+from fem_reference.actuator.model import ActuatorModel, Deformation
+from fem_reference.actuator.pose import AxisShape, axis_shape, bending
+from fem_reference.actuator.problem import ActuatorProblem
+from fem_reference.actuator.volume_continuation import VolumePathFollower
+from fem_reference.algebra import SymmetricSolver, default_solver
+from fem_reference.elements import Ogden
+from fem_reference.errors import NewtonError
+from fem_reference.geometry import (
+    MOMENT_SHARE,
+    ActuatorGeometry,
+    DoubleHelix,
+    Thread,
+    Winding,
+    refuse_implausible,
+    refuse_load_beyond,
+)
+from fem_reference.mesh import MeshLevel, mesh_level
+from fem_reference.solver import Equilibrium, PathError, PathMemory, solve_equilibrium
+
+#: Density of silicone [kg/m³].
+DENSITY = 1070.0
+#: Where the cavity may be bonded to the rod.
+BONDS = ("cap", "tip", "all")
+_MM = 1e3
+_MPA = 1e6
+# Length of the first step of a path, in the measure of volume: 1.5 kPa in one chamber.
+_FIRST_STEP = 4.0
+
+
+@dataclass(frozen=True)
+class ActuatorState:
+    """Equilibrium of the actuator. SI units, world frame: base at the origin, +z along the rod at rest.
+
+    Parameters
+    ----------
+    load : what it is under.
+    tip_position : centre of the cap's outer face [m]; tip_rotation : of that face from rest.
+    bending_angle : θ, angle of the face's normal from +z, continued past 180° along the axis [rad].
+    bending_plane : γ in [0, 2π) [rad]; 0 where chamber 1 alone would bend it. Zero for a straight axis.
+    chamber_volume : of each chamber [m³].
+    shape : of the rod's axis.
+    strain_energy : of all parts [J].
+    rod_pressure : largest contact pressure on the rod [Pa].
+    thread_tension : largest tension of the thread [N]; zero without one.
+    wall_distance : smallest distance between chamber walls that are about to touch [m]; infinite elsewhere.
+    deformation : unknowns, to start from or to draw.
+    settled : what the solver found beside them.
+    converged : always true: a failure raises `ActuatorError`.
+    """
+
+    load: ActuatorLoad
+    tip_position: Float[np.ndarray, "3"]
+    tip_rotation: Float[np.ndarray, "3 3"]
+    bending_angle: float
+    bending_plane: float
+    chamber_volume: Float[np.ndarray, "3"]
+    shape: AxisShape
+    strain_energy: float
+    rod_pressure: float
+    thread_tension: float
+    wall_distance: float
+    settled: "Settled"
+    deformation: Deformation = field(repr=False)
+    converged: bool = True
+
+
+@dataclass(frozen=True)
+class Settled:
+    """What the solver found at an equilibrium besides the unknowns.
+
+    Parameters
+    ----------
+    base_force, base_moment : reaction at the clamped base, about the origin [N, N m].
+    iterations : of Newton's method since the state before.
+    residual : largest nodal force left [N].
+    stable : whether it is a minimum of its energy: no negative pivot in the stiffness, in which contact of
+        walls is taken as convex and that with the rod as it is. None where the linear solver does not tell.
+    limit_pressure : the last ones before the body jumps on the way from the state before [Pa]; None where it
+        does not.
+    memory : of the path that led here.
+    """
+
+    base_force: Float[np.ndarray, "3"]
+    base_moment: Float[np.ndarray, "3"]
+    iterations: int
+    residual: float
+    stable: bool | None
+    limit_pressure: Float[np.ndarray, "3"] | None
+    memory: PathMemory = field(repr=False)
+
+    @property
+    def jumped(self) -> bool:
+        """Whether loads that rise from the state before take the body here by a jump.
+
+        Walls lost their balance, or the pressures fell on the way and rose again.
+        """
+        return self.limit_pressure is not None
+
+
+class ActuatorError(ArithmeticError):
+    """The actuator's solver did not get to the load.
+
+    Parameters
+    ----------
+    message : why.
+    last_good : last converged state on the way, or None.
+    """
+
+    def __init__(self, message: str, last_good: ActuatorState | None) -> None:
+        super().__init__(message)
+        self.last_good = last_good
+
+
+class Actuator:
+    """The whole actuator, clamped at its base.
+
+    Parameters
+    ----------
+    geometry, material, winding, thread : by default the paper's.
+    level : ``coarse``, ``medium``, ``paper``, or element counts of your own.
+    density : of silicone and rod, for gravity [kg/m³].
+    bonded : where the cavity is bonded to the rod: in the ``cap``, as in the paper; at the ``tip`` only,
+        over its last 2 mm, the rod's diameter; or ``all`` along. Elsewhere it slides without friction and may
+        leave the rod.
+    cap_wound : whether the thread goes on over the cap.
+    symmetric : whether the body keeps its plane of symmetry, y = 0, through the middle of chamber 1. That
+        halves the unknowns; geometry, winding and loads must have it too. A state that is ``stable`` is so
+        among those that keep the plane.
+    solver : linear solver; by default MKL PARDISO where it is installed.
+
+    Raises
+    ------
+    ValueError
+        For an unknown mesh level or bond, a density that is not positive, impossible geometry, and where a
+        plane is to be kept that geometry or winding do not have.
+    """
+
+    def __init__(
+        self,
+        geometry: ActuatorGeometry | None = None,
+        winding: Winding | None = None,
+        level: str | MeshLevel = "coarse",
+        material: Ogden | None = None,
+        thread: Thread | None = None,
+        density: float = DENSITY,
+        bonded: str = "cap",
+        cap_wound: bool = False,
+        symmetric: bool = False,
+        solver: SymmetricSolver | None = None,
+    ) -> None:
+        if not (np.isfinite(density) and density > 0.0):
+            raise ValueError(f"density: got {density!r}, expected a positive finite number [kg/m³]")
+        refuse_implausible("density", density)
+        if bonded not in BONDS:
+            raise ValueError(f"bonded: got {bonded!r}, expected one of {', '.join(BONDS)}")
+        self.model = ActuatorModel(
+            geometry=geometry or ActuatorGeometry(),
+            material=material or Ogden(),
+            winding=winding or DoubleHelix(),
+            thread=thread or Thread(),
+            level=level if isinstance(level, MeshLevel) else mesh_level(level),
+            density=density,
+            bonded=bonded,
+            cap_wound=cap_wound,
+            symmetric=symmetric,
+        )
+        self.equations = ActuatorEquations(self.model)
+        self._problem = ActuatorProblem(self.equations)
+        self._solver = solver or default_solver(definite=True, elimination=self.equations.elimination)
+
+    @property
+    def elements(self) -> int:
+        """Number of hexahedra."""
+        return len(self.equations.mesh.elements)
+
+    @property
+    def unknowns(self) -> int:
+        """Number of unknowns of the linear system."""
+        return self.equations.size
+
+    def solve(self, load: ActuatorLoad, start: ActuatorState | None = None) -> ActuatorState:
+        """Equilibrium under ``load``, reached by continuation from rest or from ``start``.
+
+        Raises
+        ------
+        ActuatorError
+            When the load is not reached; it carries the last good state.
+        """
+        return next(iter(self.follow([load], start)))
+
+    def follow(
+        self, loads: Iterable[ActuatorLoad], start: ActuatorState | None = None
+    ) -> Iterator[ActuatorState]:
+        """Follow a path of loads by continuation and yield the state at each.
+
+        Raises
+        ------
+        ValueError
+            See `refuse`.
+        ActuatorError
+            When a load is not reached; the states before have been yielded.
+        """
+        state = start
+        try:
+            follower = self._follower(start)
+            for load in loads:
+                self.refuse(load)
+                before = follower.iterations
+                found = follower.follow(load.target())
+                settled = self._settled(found, load.target(), follower.iterations - before, follower)
+                state = self.state(load, found.configuration, settled)
+                yield state
+        except NewtonError as error:
+            raise ActuatorError(f"the actuator did not converge at the start: {error}", state) from error
+        except PathError as error:
+            raise ActuatorError(
+                f"the actuator did not converge: {error}", self._last(error, follower)
+            ) from error
+
+    def refuse(self, load: ActuatorLoad) -> None:
+        """Raise a ValueError for a load without the plane of symmetry that the body is to keep.
+
+        And for a force or a moment that no such body carries, as of another unit.
+        """
+        geometry = self.model.geometry
+        most = MOMENT_SHARE * self.model.material.shear_modulus * geometry.body_diameter**3
+        refuse_load_beyond("tip_moment", load.tip_moment, most, "N m", geometry.body_diameter, "N mm")
+        force = most / geometry.body_length
+        refuse_load_beyond("tip_force", load.tip_force, force, "N", geometry.body_diameter, "millinewtons")
+        if self.model.symmetric and not load.in_plane:
+            raise ValueError(f"symmetric: got {load}, expected the same loads on both sides of y = 0")
+
+    def _follower(self, start: ActuatorState | None) -> VolumePathFollower:
+        if start is None:
+            target = ActuatorLoad().target()
+            here = solve_equilibrium(self._problem, self._solver, target, self.equations.rest())
+            return VolumePathFollower(self._problem, self._solver, here, target, _FIRST_STEP)
+        here = Equilibrium(start.deformation, None, 0, start.settled.residual, None)
+        return VolumePathFollower(
+            self._problem, self._solver, here, start.load.target(), start.settled.memory
+        )
+
+    def _last(self, error: PathError, follower: VolumePathFollower) -> ActuatorState:
+        last = error.last
+        if last.linear is None:
+            last = replace(last, linear=self._problem.linearise(last.configuration, error.target))
+        settled = self._settled(last, error.target, 0, follower)
+        return self.state(_load_of(error.target), last.configuration, settled)
+
+    def _settled(
+        self, found: Equilibrium, target: ActuatorTarget, iterations: int, follower: VolumePathFollower
+    ) -> Settled:
+        linear, excess = found.linear, found.excess_negative
+        if excess is not None and found.negative_eigenvalues_true_contact != 0:
+            # Contact without the rod's roundness may hold what sways around it. Pairs of walls in contact
+            # have negative pivots of their own, as nodes slide off edges.
+            linear = self._problem.linearise(found.configuration, target)
+            pattern = self.equations.pattern
+            data = self.equations.convexified_contact(linear)
+            excess = self._solver.factorise(pattern.matrix(data), pattern.revision)
+        reaction = self.equations.reaction(linear, target)
+        return Settled(
+            base_force=reaction.sum(axis=0),
+            base_moment=np.cross(linear.positions, reaction).sum(axis=0) / _MM,
+            iterations=iterations,
+            residual=found.residual,
+            stable=None if excess is None else excess == 0,
+            limit_pressure=None if follower.limit is None else follower.limit.pressure * _MPA,
+            memory=follower.memory,
+        )
+
+    def state(self, load: ActuatorLoad, deformation: Deformation, settled: Settled) -> ActuatorState:
+        """What there is to say of an equilibrium under ``load``; see `ActuatorState`."""
+        equations = self.equations
+        x = deformation.positions
+        frame = equations.tip.frame(x)
+        shape = axis_shape(equations, x)
+        tangents = np.concatenate([shape.rotations[:, :, 2], frame.rotation[None, :, 2]])
+        body = np.searchsorted(shape.arc_length, equations.body_length / _MM - 1e-9)
+        angle, plane = bending(tangents, shape.positions[body])
+        return ActuatorState(
+            load=load,
+            tip_position=frame.position / _MM,
+            tip_rotation=frame.rotation,
+            bending_angle=angle,
+            bending_plane=plane,
+            chamber_volume=equations.volumes(deformation) / _MM**3,
+            shape=shape,
+            strain_energy=equations.strain_energy(deformation) / _MM,
+            rod_pressure=float(equations.contact.pressure(x).max(initial=0.0)) * _MPA,
+            thread_tension=float(equations.thread.tension(x).max(initial=0.0)),
+            wall_distance=equations.walls.minimum_distance(x) / _MM,
+            deformation=deformation,
+            settled=settled,
+        )
+
+
+def _load_of(target: ActuatorTarget) -> ActuatorLoad:
+    def triple(vector: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
+        first, second, third = (float(value) for value in vector)
+        return first, second, third
+
+    return ActuatorLoad(
+        triple(target.pressure * _MPA),
+        triple(target.tip_force),
+        triple(target.tip_moment / _MM),
+        triple(target.gravity / _MM),
+        target.follower,
+    )

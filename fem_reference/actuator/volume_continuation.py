@@ -1,0 +1,123 @@
+"""Paths of pressure that are led by the volume of the chambers.
+
+Steps are taken in volume (`VolumeControlledProblem`), the pressure that goes with it comes out, and where the
+states behind say that the goal's lies within the next step, the path arrives there. A path whose pressure
+falls for a while, past a limit point, is followed like any other, so that the goal is reached where it first
+does; as pressures rise the body would jump there, and the follower says so. Other loads, and the jumps of
+walls that lose their balance under any volume, are `PathFollower`'s.
+"""
+
+import logging
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from fem_reference.actuator.load import ActuatorTarget
+from fem_reference.actuator.path_predictor import Polynomial, Tangent
+from fem_reference.actuator.problem import ActuatorProblem
+from fem_reference.actuator.volume_control import StopCondition, Volume, VolumeControlledProblem, VolumeState
+from fem_reference.solver import Equilibrium, PathFollower
+
+_LOG = logging.getLogger(__name__)
+
+# A goal within a step this much longer than the next is arrived at by it.
+_REACH = 1.15
+# Fall of the pressure [MPa] that is not the roughness of states on the way: two paths that are mirror images,
+# on the medium mesh, differ by 1.5e-4 at one volume.
+_FALL = 2e-4
+# Share of a step over which the slope of the pressure is taken.
+_SLOPE = 1e-3
+
+
+class VolumePathFollower(PathFollower):
+    """Equilibria of the actuator, one load after another; see `PathFollower`."""
+
+    problem: ActuatorProblem
+
+    def follow(self, goal: ActuatorTarget) -> Equilibrium:
+        """See `PathFollower.follow`."""
+        change = self.target.to(goal)
+        length = float(np.linalg.norm(change))
+        if length == 0.0 or not self.target.differs_by_pressure(goal):
+            return super().follow(goal)
+        self.limit = None
+        self._turn(change / length)
+        leg = VolumeControlledProblem(self.problem, self.target, goal)
+        here = VolumeState(self.equilibrium.configuration, leg.start)
+        highest = self.target
+        # Of the steps tried from the present equilibrium: the target and length of each.
+        failed: list[tuple[Any, float]] = []
+        while True:
+            found, target, step = self._next(leg, here)
+            if found is not None:
+                gone = (leg.volume(found.configuration) - leg.volume(here)) / leg.unit
+                _LOG.debug(
+                    "a step of %.3g: %d iterations, the longest of %.2e mm, to %.4g kPa",
+                    *(gone, found.iterations, found.longest, found.configuration.pressure * 1e3),
+                )
+                rise = found.configuration.pressure - leg.along_heading(highest)
+                if rise >= 0.0:
+                    highest = target
+                elif rise < -_FALL:
+                    self._jump(highest)
+                plain = replace(
+                    found,
+                    configuration=found.configuration.deformation,
+                    linear=None if found.linear is None else found.linear.actuator,
+                )
+                self._arrive(plain, target, here, gone)
+                here, failed = found.configuration, []
+            else:
+                failed.append((target, step))
+                if self._retreat(failed):
+                    here = VolumeState(self.equilibrium.configuration, leg.along_heading(self.target))
+                    failed = []
+            if self.target is goal:
+                return self.equilibrium
+
+    def _next(
+        self, leg: VolumeControlledProblem, here: VolumeState
+    ) -> tuple[Equilibrium | None, ActuatorTarget, float]:
+        """The next equilibrium, or none; the loads there, or on which to creep; and the step tried."""
+        ahead, step = self._ahead(leg, here), self.step
+        farthest = max(step, min(_REACH * step, self._longest))
+        if ahead.pressure(farthest) >= leg.end:
+            step = float(brentq(lambda h: ahead.pressure(h) - leg.end, 0.0, farthest))
+            return self._arrival(leg, ahead.state(step), _slope(leg, ahead, step)), leg.goal, step
+        volume = Volume(leg.volume(here) + step * leg.unit)
+        start = ahead.state(step)
+        found = self._solve(leg, volume, start, on_the_way=True)
+        if found is None:
+            # Where the pressure is to fall, more of it than now.
+            higher = here.pressure + abs(ahead.pressure(step) - here.pressure)
+            return None, leg.target(higher) if higher < leg.end else leg.goal, step
+        beyond = found.configuration
+        if beyond.pressure < leg.end:
+            return found, leg.target(beyond.pressure), step
+        share = (leg.end - here.pressure) / (beyond.pressure - here.pressure)
+        between = leg.mean([here, beyond], [1.0 - share, share])
+        slope = (leg.volume(beyond) - leg.volume(here)) / (beyond.pressure - here.pressure)
+        return self._arrival(leg, between, slope), leg.goal, step
+
+    def _arrival(self, leg: VolumeControlledProblem, start: VolumeState, slope: float) -> Equilibrium | None:
+        return self._solve(leg, StopCondition(leg.end, slope), start, on_the_way=False)
+
+    def _ahead(self, leg: VolumeControlledProblem, here: VolumeState) -> Polynomial | Tangent:
+        """By the most states behind that can be trusted, or by the stiffness where there are none."""
+        for degree in range(len(self._earlier), 0, -1):
+            states, back = zip(*self._earlier[:degree], strict=True)
+            polynomial = Polynomial(leg, [here, *states], list(back))
+            if self._trusts(self.step, polynomial.back):
+                return polynomial
+        linear = leg.linearise(here, Volume(leg.volume(here)))
+        if self.equilibrium.linear is None or self._factors != self.solver.factors:
+            self.solver.factorise(leg.pattern.matrix(linear.data), leg.pattern.revision)
+        return Tangent(leg, here, linear, leg.along(self.solver, linear, leg.unit))
+
+
+def _slope(leg: VolumeControlledProblem, ahead: Polynomial | Tangent, step: float) -> float:
+    """dv/dπ of the path ahead [mm³/MPa]."""
+    low, high = (1.0 - _SLOPE) * step, (1.0 + _SLOPE) * step
+    return leg.unit * (high - low) / (ahead.pressure(high) - ahead.pressure(low))

@@ -1,0 +1,333 @@
+"""The period cell: one winding period of the actuator under pressure, bent freely or to a given curvature.
+
+This is the package's SI face: millimetres, megapascals and newtons stay inside.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+
+from fem_reference.algebra import SymmetricSolver, default_solver
+from fem_reference.cell.condensation import condense
+from fem_reference.cell.equations import CellEquations
+from fem_reference.cell.problem import CellProblem, CellTarget
+from fem_reference.cell.state import Configuration
+from fem_reference.elements import Ogden
+from fem_reference.errors import NewtonError
+from fem_reference.geometry import (
+    CURVATURE_SHARE,
+    MOMENT_SHARE,
+    ActuatorGeometry,
+    DoubleHelix,
+    Thread,
+    Winding,
+    as_vector,
+    refuse_implausible,
+    refuse_load_beyond,
+)
+from fem_reference.mesh import MeshLevel, mesh_level
+from fem_reference.solver import Equilibrium, PathError, PathFollower, solve_equilibrium
+
+_MM = 1e3
+_MPA = 1e6
+_MAX_PRESSURE = 0.2e6
+# First step of a path from rest, as `CellTarget.to` counts: mostly it converges, in fewer iterations than
+# several shorter ones take together; from another start nothing is known of the way ahead.
+_FIRST_STEP, _STEP_FROM_A_START = 10.0, 1.0
+_UNLOADED = CellTarget(np.zeros(3), moment=np.zeros(3))
+
+
+@dataclass(frozen=True)
+class Load:
+    """Load of the cell: pressures with either an external moment or an imposed curvature.
+
+    Parameters
+    ----------
+    pressure : gauge pressure of each chamber, not negative [Pa].
+    moment : external moment in the body frame [N m]; zero (free bending) by default.
+    curvature : imposed curvature and twist u in the body frame [1/m], instead of a moment.
+
+    Raises
+    ------
+    ValueError
+        For anything but three finite numbers each, a negative pressure, or both a moment and a curvature.
+    """
+
+    pressure: tuple[float, float, float]
+    moment: tuple[float, float, float] | None = None
+    curvature: tuple[float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        pressure = as_vector("pressure", self.pressure, "Pa")
+        if pressure.min() < 0.0 or pressure.max() > _MAX_PRESSURE:
+            raise ValueError(
+                f"pressure: got {self.pressure!r} Pa, expected each between 0 and {_MAX_PRESSURE:g} Pa"
+            )
+        if self.moment is not None and self.curvature is not None:
+            raise ValueError("moment and curvature: got both, expected at most one of them")
+        for name, unit in (("moment", "N m"), ("curvature", "1/m")):
+            if getattr(self, name) is not None:
+                as_vector(name, getattr(self, name), unit)
+
+    def _target(self) -> CellTarget:
+        pressure = np.asarray(self.pressure, float) / _MPA
+        if self.curvature is not None:
+            return CellTarget(pressure, curvature=np.asarray(self.curvature, float) / _MM)
+        moment = np.zeros(3) if self.moment is None else np.asarray(self.moment, float) * _MM
+        return CellTarget(pressure, moment=moment)
+
+
+@dataclass(frozen=True)
+class CellState:
+    """Equilibrium of the cell, with the section potential Π's derivatives. SI units.
+
+    Parameters
+    ----------
+    load : what the cell was asked for.
+    pressure : of the chambers [Pa].
+    curvature : u, body frame, per length at rest [1/m]; moment : ∂Π/∂u, body frame [N m].
+    stretch : of the silicone along the rod.
+    energy : Π(u, p) − Π(0, 0) [J/m].
+    volume : of each chamber per length, −∂Π/∂p [m²].
+    hessian : ∂²Π in (u, p), 6 by 6, symmetric.
+    iterations : Newton iterations spent since the state before.
+    residual : largest nodal force left [N].
+    stable : whether the cell is at a minimum of its energy under this load; None where it is not known.
+    jumped : whether walls lost their balance since the state before, so that this one is on another branch.
+    converged : always true: a failure raises `CellError`.
+    configuration : nodal unknowns, to start from or to draw.
+    """
+
+    load: Load
+    pressure: Float[np.ndarray, "3"]
+    curvature: Float[np.ndarray, "3"]
+    moment: Float[np.ndarray, "3"]
+    stretch: float
+    energy: float
+    volume: Float[np.ndarray, "3"]
+    hessian: Float[np.ndarray, "6 6"]
+    iterations: int
+    residual: float
+    stable: bool | None
+    jumped: bool
+    configuration: Configuration = field(repr=False)
+    converged: bool = True
+
+
+class CellError(ArithmeticError):
+    """The cell's solver did not get to the load.
+
+    Parameters
+    ----------
+    message : why.
+    last_good : last converged state on the way, or None.
+    unstable : whether it is because walls lose their balance, on a path that was to end there.
+    """
+
+    def __init__(self, message: str, last_good: CellState | None, unstable: bool = False) -> None:
+        super().__init__(message)
+        self.last_good = last_good
+        self.unstable = unstable
+
+    @property
+    def reached(self) -> Load | None:
+        """Load of the last converged state."""
+        return None if self.last_good is None else self.last_good.load
+
+
+class PeriodCell:
+    """One period of a wound actuator, helically periodic (the helical Cauchy–Born rule).
+
+    Parameters
+    ----------
+    geometry, material, winding, thread : the actuator; by default the paper's.
+    level : ``coarse``, ``medium``, ``paper``, or element counts of your own.
+    end_compliance : how much longer the silicone becomes along the rod for each newton of the rod's pull on
+        the closed ends [m/N]. By default they give nothing.
+    solver : linear solver; by default MKL PARDISO where it is installed.
+
+    Raises
+    ------
+    ValueError
+        For an unknown mesh level or a negative compliance.
+    """
+
+    def __init__(
+        self,
+        geometry: ActuatorGeometry | None = None,
+        winding: Winding | None = None,
+        level: str | MeshLevel = "coarse",
+        material: Ogden | None = None,
+        thread: Thread | None = None,
+        end_compliance: float = 0.0,
+        solver: SymmetricSolver | None = None,
+    ) -> None:
+        if not (np.isfinite(end_compliance) and end_compliance >= 0.0):
+            raise ValueError(
+                f"end_compliance: got {end_compliance!r}, expected a finite number [m/N], not negative"
+            )
+        refuse_implausible("end_compliance", end_compliance)
+        self.geometry = geometry or ActuatorGeometry()
+        self.winding = winding or DoubleHelix()
+        self.level = level if isinstance(level, MeshLevel) else mesh_level(level)
+        self.material = material or Ogden()
+        self.thread = thread or Thread()
+        self.end_compliance = end_compliance
+        self.equations = CellEquations(
+            self.geometry,
+            self.material,
+            self.winding,
+            self.thread,
+            self.level,
+            self.geometry.body_length / end_compliance if end_compliance > 0.0 else None,
+        )
+        self._problem = CellProblem(self.equations)
+        self._solver = solver or default_solver(definite=True, single=True)
+        self._rest: Equilibrium | None = None
+        self._rest_energy = 0.0
+
+    @property
+    def elements(self) -> int:
+        """Number of hexahedra."""
+        return len(self.equations.solid)
+
+    @property
+    def unknowns(self) -> int:
+        """Number of unknowns of the linear system."""
+        return self.equations.size
+
+    def refuse(self, load: Load) -> None:
+        """Raise a ValueError for a moment or a curvature that no such section takes, as of another unit."""
+        diameter = self.geometry.body_diameter
+        if load.moment is not None:
+            most = MOMENT_SHARE * self.material.shear_modulus * diameter**3
+            refuse_load_beyond("moment", load.moment, most, "N m", diameter, "N mm")
+        if load.curvature is not None:
+            most = CURVATURE_SHARE / diameter
+            refuse_load_beyond("curvature", load.curvature, most, "1/m", diameter, "degrees per metre")
+
+    def solve(self, load: Load, start: CellState | None = None) -> CellState:
+        """Equilibrium under ``load``, reached by continuation from rest or from ``start``.
+
+        Raises
+        ------
+        ValueError
+            See `refuse`.
+        CellError
+            When the load is not reached; it carries the last good state.
+        """
+        return next(iter(follow(self, [load], start)))
+
+    def _at_rest(self) -> Equilibrium:
+        """Equilibrium without load, solved once."""
+        if self._rest is None:
+            self._rest = solve_equilibrium(self._problem, self._solver, _UNLOADED, self.equations.rest())
+            self._rest_energy = self.equations.energy(self._rest.configuration)
+        return self._rest
+
+    def _state(
+        self, load: Load, found: Equilibrium, target: CellTarget, iterations: int, jumped: bool
+    ) -> CellState:
+        equations = self.equations
+        period = equations.period
+        section = condense(equations, self._solver, found)
+        volume = found.linear.volume / period
+        energy = (equations.energy(found.configuration) - self._rest_energy) / period - float(
+            target.pressure @ volume
+        )
+        # Π per length is in N mm/mm = N; u in 1/mm, p in MPa, so that m is in N mm and V in mm².
+        scale = np.array([1.0 / _MM] * 3 + [1.0 / _MPA] * 3)
+        stable = None
+        if found.excess_negative is not None:
+            held = target.curvature is not None
+            stable = found.excess_negative == 0 and (
+                held or bool(np.linalg.eigvalsh(section.hessian[:3, :3]).min() > 0.0)
+            )
+        return CellState(
+            load=load,
+            pressure=np.asarray(target.pressure) * _MPA,
+            curvature=found.configuration.curvature * _MM,
+            moment=section.moment / _MM,
+            stretch=float(found.configuration.strain[3]),
+            energy=energy,
+            volume=volume / _MM**2,
+            hessian=section.hessian * np.outer(scale, scale),
+            iterations=iterations,
+            residual=found.residual,
+            stable=stable,
+            jumped=jumped,
+            configuration=found.configuration,
+        )
+
+
+def follow(
+    cell: PeriodCell, loads: Iterable[Load], start: CellState | None = None, jumps: bool = True
+) -> Iterator[CellState]:
+    """Follow a path of loads by continuation and yield the state at each.
+
+    Between loads of different kind (moment, then imposed curvature, or back) the path changes over at the
+    present state, whose moment and curvature belong together.
+
+    Parameters
+    ----------
+    cell, loads : what is loaded, and how.
+    start : a state of the cell to go on from; the unloaded cell by default.
+    jumps : go on, on another branch, where walls lose their balance. If not, the path ends there.
+
+    Raises
+    ------
+    ValueError
+        See `PeriodCell.refuse`.
+    CellError
+        When a load is not reached; the states before have been yielded.
+    """
+    problem, solver = cell._problem, cell._solver
+    state = start
+    try:
+        here, target, step = cell._at_rest(), _UNLOADED, _FIRST_STEP
+        if start is not None:
+            target, step = start.load._target(), _STEP_FROM_A_START
+            here = solve_equilibrium(problem, solver, target, start.configuration)
+        follower = PathFollower(problem, solver, here, target, step, creeps=jumps)
+        for load in loads:
+            cell.refuse(load)
+            before = follower.iterations
+            goal = load._target()
+            follower.target = _restated(follower.target, follower.equilibrium, goal, cell.equations.period)
+            found = follower.follow(goal)
+            state = cell._state(load, found, goal, follower.iterations - before, follower.jumped)
+            yield state
+    except NewtonError as error:
+        raise CellError(f"the cell did not converge at the start: {error}", state) from error
+    except PathError as error:
+        message = f"the cell did not converge: {error}"
+        try:
+            last = solve_equilibrium(problem, solver, error.target, error.last.configuration)
+        except NewtonError:
+            # On the verge of an instability even the last equilibrium may not converge anew.
+            raise CellError(message, state, error.unstable) from error
+        reached = cell._state(_load_of(error.target), last, error.target, 0, follower.jumped)
+        raise CellError(message, reached, error.unstable) from error
+
+
+def _restated(here: CellTarget, at: Equilibrium, goal: CellTarget, period: float) -> CellTarget:
+    """The target at hand in the goal's terms, if these are others: by its curvature, or by its moment."""
+    if (goal.curvature is None) == (here.curvature is None):
+        return here
+    if goal.curvature is not None:
+        return CellTarget(here.pressure, curvature=at.configuration.curvature)
+    return CellTarget(here.pressure, moment=at.linear.strain_residual[:3] / period)
+
+
+def _load_of(target: CellTarget) -> Load:
+    pressure = _triple(target.pressure * _MPA)
+    if target.curvature is not None:
+        return Load(pressure, curvature=_triple(target.curvature * _MM))
+    return Load(pressure, moment=None if target.moment is None else _triple(target.moment / _MM))
+
+
+def _triple(vector: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
+    first, second, third = (float(value) for value in vector)
+    return first, second, third

@@ -1,0 +1,254 @@
+"""Hexahedra with a condensed pressure: internal force and tangent of all elements at once.
+
+Element energy, with the isochoric part at the Gauss points and the volumetric part in the mean dilatation of
+a linear element, or in the dilatation's projection on linear functions in a quadratic one,
+
+    E_e = Σ_q w_q W_iso(F_q) + V_e κ/2 Σ_j ϑ_j²,    ϑ_j = Σ_q w_q φ_j(q) (det F_q − 1)/V_e,
+
+where the φ_j (1; or 1 and three linear functions of place) are orthogonal: Σ_q w_q φ_i φ_j = V_e δ_ij. The
+pressure's coefficients π_j = κ ϑ_j are kept as unknowns of their own while Newton iterates (see `newton`);
+they are condensed here, element by element. Lengths mm, stresses MPa.
+
+References
+----------
+Nagtegaal, Parks, Rice (1974); Simo, Taylor, Pister (1985): mean dilatation. Sussman and Bathe (1987), A
+finite element formulation for nonlinear incompressible elastic and inelastic analysis, Comput. Struct. 26:
+the 27/4-c element, of quadratic displacements and linear discontinuous pressure.
+"""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from fem_reference.elements import hexahedron_kernel
+from fem_reference.elements.hexahedron_kernel import ElementChunk
+from fem_reference.elements.ogden import Moduli, Ogden
+from fem_reference.mesh import BodyMesh, MirrorPairs, reference_element
+
+_MPA = 1e6
+
+# Gauss points worked on at once: few enough that their arrays stay in a processor's cache, and not in powers
+# of two, with which they would all lie in the same part of it. As many threads as OpenMP has.
+_CHUNK = 1920
+_THREADS = int((os.environ.get("OMP_NUM_THREADS") or str(os.cpu_count() or 1)).split(",")[0])
+_POOL = ThreadPoolExecutor(_THREADS)
+
+
+class SolidElements:
+    """All hexahedra of a mesh with one material.
+
+    Parameters
+    ----------
+    mesh : hexahedra [mm], linear or quadratic.
+    material : Ogden solid.
+    halves : which of the hexahedra to work out, and of how many each stands for; by default all.
+    """
+
+    def __init__(self, mesh: BodyMesh, material: Ogden, halves: MirrorPairs | None = None) -> None:
+        reference = reference_element(mesh.order)
+        self.material = material
+        self.connectivity = mesh.elements if halves is None else mesh.elements[halves.kept]
+        self.bulk_modulus = material.bulk_modulus / _MPA
+        corner = mesh.points[self.connectivity]
+        # ∂X_i/∂ξ_j at every Gauss point.
+        mapping = np.einsum("eai,qaj->eqij", corner, reference.gradients)
+        gradients = reference.gradients @ np.linalg.inv(mapping)
+        weights = reference.weights * np.linalg.det(mapping)
+        if halves is not None:
+            weights *= halves.counts[:, None]
+        self.volume = weights.sum(axis=1)
+        #: Share of the body's volume that belongs to each node [mm³].
+        self.nodal_volumes = np.bincount(
+            self.connectivity.ravel(), (weights @ reference.values).ravel(), len(mesh.points)
+        )
+        modes = _pressure_modes(reference.values @ corner, weights, mesh.order)
+        #: Pressure coefficients of an element.
+        self.modes = modes.shape[2]
+        # Compiled for one size: the last chunk is filled up with its last element.
+        size = max(_CHUNK // weights.shape[1], 1)
+        self._starts = range(0, len(corner), size)
+        members = [np.minimum(np.arange(start, start + size), len(corner) - 1) for start in self._starts]
+        self._members = [self.connectivity[chosen] for chosen in members]
+        with jax.enable_x64(True):
+            self._constants = (
+                Moduli(jnp.asarray(np.divide(material.shear_moduli, _MPA)), jnp.asarray(material.exponents)),
+                jnp.asarray(self.bulk_modulus),
+            )
+            self._chunks = [
+                ElementChunk(
+                    gradients=jnp.asarray(np.ascontiguousarray(gradients[chosen].transpose(2, 3, 1, 0))),
+                    weights=jnp.asarray(np.ascontiguousarray(weights[chosen].T)),
+                    modes=jnp.asarray(np.ascontiguousarray(modes[chosen].transpose(2, 1, 0))),
+                    volume=jnp.asarray(self.volume[chosen]),
+                )
+                for chosen in members
+            ]
+
+    def __len__(self) -> int:
+        return len(self.connectivity)
+
+    def deformation_gradient(
+        self, positions: Float[np.ndarray, "nodes 3"]
+    ) -> Float[np.ndarray, "elements points 3 3"]:
+        """F at every Gauss point."""
+        result = np.empty((len(self), self._chunks[0].weights.shape[0], 3, 3))
+
+        def fill(part: slice, chunk: ElementChunk, local: np.ndarray) -> None:
+            found = np.einsum("aie,aJqe->eqiJ", local, np.asarray(chunk.gradients))
+            result[part] = found[: len(result[part])]
+
+        self._in_chunks(fill, positions)
+        return result
+
+    def dilatation(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "elements modes"]:
+        """ϑ_j of every element; the first is the mean of det F − 1."""
+        result = np.empty((len(self), self.modes))
+
+        def fill(part: slice, chunk: ElementChunk, local: np.ndarray) -> None:
+            found = np.asarray(hexahedron_kernel.dilatation(chunk, local))
+            result[part] = found.T[: len(result[part])]
+
+        self._in_chunks(fill, positions)
+        return result
+
+    def energy(self, positions: Float[np.ndarray, "nodes 3"]) -> float:
+        """Strain energy of the mesh [N mm]."""
+        result = np.empty(len(self))
+
+        def fill(part: slice, chunk: ElementChunk, local: np.ndarray) -> None:
+            found = np.asarray(hexahedron_kernel.energy(chunk, *self._constants, local))
+            result[part] = found[: len(result[part])]
+
+        self._in_chunks(fill, positions)
+        return float(result.sum())
+
+    def pressure_after(
+        self,
+        constitutive: Float[np.ndarray, "elements modes"],
+        volume_gradient: Float[np.ndarray, "elements modes dofs"],
+        move: Float[np.ndarray, "nodes 3"],
+    ) -> Float[np.ndarray, "elements modes"]:
+        """π_j that a linearised displacement ``move`` leads to: what was condensed out of the step.
+
+        The first two are what `response` gives where the displacement begins.
+        """
+        local = move[self.connectivity].reshape(len(self), -1, 1)
+        growth = (volume_gradient @ local)[:, :, 0] / self.volume[:, None]
+        return constitutive + self.bulk_modulus * growth
+
+    def response(
+        self,
+        positions: Float[np.ndarray, "nodes 3"],
+        pressure: Float[np.ndarray, "elements modes"] | None = None,
+    ) -> tuple[
+        Float[np.ndarray, "elements dofs"],
+        Float[np.ndarray, "elements dofs dofs"],
+        Float[np.ndarray, "elements modes dofs"],
+        Float[np.ndarray, "elements modes"],
+    ]:
+        """Element forces, tangents, V_e ∂ϑ_j/∂x and κ ϑ_j [MPa].
+
+        Parameters
+        ----------
+        positions : current positions of the nodes [mm].
+        pressure : π_j of the tangent's geometric part [MPa]; by default κ ϑ_j, which makes the tangent the
+            exact Hessian of the energy.
+        """
+        nodes = self.connectivity.shape[1]
+        force, stiffness = np.empty((len(self), 3 * nodes)), np.empty((len(self), 3 * nodes, 3 * nodes))
+        volume_gradient = np.empty((len(self), self.modes, 3 * nodes))
+        constitutive = np.empty((len(self), self.modes))
+
+        def fill(part: slice, chunk: ElementChunk, local: np.ndarray) -> None:
+            given = None
+            if pressure is not None:
+                given = np.zeros((self.modes, local.shape[2]))
+                given[:, : len(force[part])] = pressure[part].T
+            forces, growth, matrices, own = hexahedron_kernel.response(chunk, *self._constants, local, given)
+            force[part] = _by_element(forces)[: len(force[part])]
+            volume_gradient[part] = _by_element(growth)[: len(force[part])]
+            stiffness[part] = _matrices(matrices)[: len(force[part])]
+            constitutive[part] = np.asarray(own).T[: len(force[part])]
+
+        self._in_chunks(fill, positions)
+        return force, stiffness, volume_gradient, constitutive
+
+    def force(
+        self, positions: Float[np.ndarray, "nodes 3"]
+    ) -> tuple[Float[np.ndarray, "elements dofs"], Float[np.ndarray, "elements modes"]]:
+        """Element forces and κ ϑ_j [MPa] alone, those of `response`."""
+        result = np.empty((len(self), 3 * self.connectivity.shape[1]))
+        constitutive = np.empty((len(self), self.modes))
+
+        def fill(part: slice, chunk: ElementChunk, local: np.ndarray) -> None:
+            found, own = hexahedron_kernel.force(chunk, *self._constants, local)
+            result[part] = _by_element(found)[: len(result[part])]
+            constitutive[part] = np.asarray(own).T[: len(result[part])]
+
+        self._in_chunks(fill, positions)
+        return result, constitutive
+
+    def viscosity(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "elements dofs dofs"]:
+        """Element matrices of ∫ 2μ D:D dV, D the deviator of the rate of strain where the body is now.
+
+        That of a viscous solid with a relaxation time of one. Rigid motions cost nothing.
+        """
+        dofs = 3 * self.connectivity.shape[1]
+        matrices = np.empty((len(self), dofs, dofs))
+        modulus = self.material.shear_modulus / _MPA
+
+        def fill(part: slice, chunk: ElementChunk, local: np.ndarray) -> None:
+            found = hexahedron_kernel.viscosity(chunk, modulus, local)
+            matrices[part] = _matrices(found)[: len(matrices[part])]
+
+        self._in_chunks(fill, positions)
+        return matrices
+
+    def _in_chunks(
+        self,
+        fill: Callable[[slice, ElementChunk, Float[np.ndarray, "nodes 3 elements"]], None],
+        positions: Float[np.ndarray, "nodes 3"],
+    ) -> None:
+        """Call ``fill`` for all elements, some at a time, with their nodes' positions."""
+
+        def at(start: int, chunk: ElementChunk, members: np.ndarray) -> None:
+            local = np.ascontiguousarray(positions[members].transpose(1, 2, 0))
+            # The setting is one of a thread.
+            with jax.enable_x64(True):
+                fill(slice(start, start + len(members)), chunk, local)
+
+        # Compiled code lets go of the interpreter; chunks do not depend on each other.
+        over = map if _THREADS == 1 else _POOL.map
+        for _ in over(at, self._starts, self._chunks, self._members):
+            pass
+
+
+def _by_element(values: Any) -> Float[np.ndarray, "elements ..."]:
+    """Values of nodes (…, node, 3, element) as (element, …, 3 node + i)."""
+    values = np.moveaxis(np.asarray(values), -1, 0)
+    return values.reshape(*values.shape[:-2], -1)
+
+
+def _matrices(values: Any) -> Float[np.ndarray, "elements dofs dofs"]:
+    """Matrices of nodes (node, 3, node, 3, element) as (element, 3 node + i, 3 node + k)."""
+    dofs = values.shape[0] * 3
+    return np.asarray(values).reshape(dofs * dofs, -1).T.reshape(-1, dofs, dofs)
+
+
+def _pressure_modes(
+    places: Float[np.ndarray, "elements points 3"], weights: Float[np.ndarray, "elements points"], order: int
+) -> Float[np.ndarray, "elements points modes"]:
+    """Functions φ_j at the Gauss points: constant, and of quadratic elements linear in the place at rest."""
+    volume = weights.sum(axis=1)[:, None, None]
+    functions = np.ones((*weights.shape, 1))
+    if order == 2:
+        centre = (weights[:, None] @ places) / volume
+        functions = np.concatenate([functions, (places - centre) / np.cbrt(volume)], axis=2)
+    gram = np.swapaxes(functions, 1, 2) @ (weights[:, :, None] * functions) / volume
+    return functions @ np.swapaxes(np.linalg.inv(np.linalg.cholesky(gram)), 1, 2)

@@ -1,0 +1,184 @@
+"""Thread embedded in the host mesh: straight elastic segments whose end points move with the hexahedra.
+
+A segment of rest length L0 has the energy EA/2 L0 (l/L0 − 1)², and in compression that or a share of it, if
+it is a yarn that goes slack. A chain of bars folds instead, and the sooner the shorter its segments are.
+Lengths mm, forces N.
+
+Its translations are interpolated from the host's nodes, as the paper's embedded elements do: those on the
+thread's axis, or their mean over its circumference. The difference is one of convergence. A line in a solid
+has no hold on it: under a line load the displacement grows without bound as elements shrink, like the
+logarithm of their size. The mean over the circumference of a thread of finite radius does converge, and is
+the same as long as elements are much larger than the thread.
+
+References
+----------
+D'Angelo and Quarteroni (2008), On the coupling of 1D and 3D diffusion-reaction equations, Math. Models
+Methods Appl. Sci. 18. Steinbrecher et al. (2020), A mortar-type finite element approach for embedding 1D
+beams into 3D solid volumes, Comput. Mech. 66.
+"""
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from fem_reference.geometry import Thread, Winding
+from fem_reference.mesh import BodyMesh, embed_circles, embed_points, merged
+
+_MILLIMETRE = 1e3
+
+
+class ThreadSegments:
+    """All segments of a winding in a mesh.
+
+    Parameters
+    ----------
+    mesh : host mesh [mm]; the threads' circumferences lie within, but for those flattened at its end faces.
+    winding : layout; thread : its elasticity.
+    radius, length : of the winding's cylinder [m].
+    points_per_turn : segments per turn of a helix, or of a ring; about one per distance of nodes.
+    start : height from which on the threads lie [m].
+
+    Raises
+    ------
+    ValueError
+        For threads that overlap or leave the mesh.
+    """
+
+    def __init__(
+        self,
+        mesh: BodyMesh,
+        winding: Winding,
+        thread: Thread,
+        radius: float,
+        length: float,
+        points_per_turn: int,
+        start: float = 0.0,
+    ) -> None:
+        winding.refuse_overlap(thread)
+        self.axial_stiffness = thread.axial_stiffness
+        self._slack_share = thread.slack_share
+        hosts, weights, self.polylines = [], [], []
+        count = 0
+        pairs = []
+        for line in winding.polylines(radius, length, points_per_turn, start):
+            points = line * _MILLIMETRE
+            if thread.coupling == "circumference":
+                host, weight = embed_circles(mesh, points, thread.radius * _MILLIMETRE)
+            else:
+                host, weight = embed_points(mesh, points)
+            hosts.append(host)
+            weights.append(weight)
+            index = count + np.arange(len(points))
+            pairs.append(np.column_stack([index[:-1], index[1:]]))
+            self.polylines.append(index)
+            count += len(points)
+        #: Host nodes of every point, and their weights.
+        self.host = np.concatenate(hosts) if hosts else np.empty((0, 8), int)
+        self.weight = np.concatenate(weights) if weights else np.empty(self.host.shape)
+        #: The two points of every segment.
+        self.segments = ends = np.concatenate(pairs) if pairs else np.empty((0, 2), int)
+        # x_b − x_a = Σ_c coefficient_c x_c over the host nodes of both ends.
+        self.connectivity = self.host[ends].reshape(len(ends), 2 * self.host.shape[1])
+        self._coefficient = np.concatenate([-self.weight[ends[:, 0]], self.weight[ends[:, 1]]], axis=1)
+        if thread.coupling == "circumference":
+            self.connectivity, self._coefficient = merged(self.connectivity, self._coefficient)
+        #: Host nodes of no weight, which fill up short rows of ``connectivity``.
+        self.padding = self._coefficient == 0.0
+        self.rest_length = np.linalg.norm(self._span(mesh.points), axis=1)
+
+    def __len__(self) -> int:
+        return len(self.connectivity)
+
+    def points(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "points 3"]:
+        """Current positions of the thread's points [mm], indexed by ``polylines``."""
+        return np.einsum("pa,pai->pi", self.weight, positions[self.host])
+
+    def _span(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "segments 3"]:
+        return np.einsum("sc,sci->si", self._coefficient, positions[self.connectivity])
+
+    def _strain(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, " segments"]:
+        return np.linalg.norm(self._span(positions), axis=1) / self.rest_length - 1.0
+
+    def slack(self, tension: Float[np.ndarray, " segments"]) -> Bool[np.ndarray, " segments"]:
+        """Which segments are slack, by the sign of their strain or tension; bars never are."""
+        return (tension < 0.0) & (self._slack_share < 1.0)
+
+    def stiffness(self, sign: Float[np.ndarray, " segments"]) -> Float[np.ndarray, " segments"]:
+        """Axial stiffness of every segment [N]: EA, or its share where strain or tension is negative."""
+        return np.where(self.slack(sign), self._slack_share, 1.0) * self.axial_stiffness
+
+    def tension(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, " segments"]:
+        """Constitutive tension [N]."""
+        strain = self._strain(positions)
+        return self.stiffness(strain) * strain
+
+    def tension_after(
+        self,
+        positions: Float[np.ndarray, "nodes 3"],
+        tension: Float[np.ndarray, " segments"],
+        stretch: Float[np.ndarray, " segments"],
+    ) -> Float[np.ndarray, " segments"]:
+        """Tensions that a Newton step leads to [N].
+
+        Parameters
+        ----------
+        positions : where the step is taken [mm]; tension : there, which tells what is taut [N].
+        stretch : of the segments in the step [mm].
+        """
+        linear = self.stiffness(tension) * (self._strain(positions) + stretch / self.rest_length)
+        # What goes slack keeps its strain; what becomes taut, its force.
+        return np.where((tension >= 0.0) & (linear < 0.0), self._slack_share * linear, linear)
+
+    def loosened(self, tension: Float[np.ndarray, " segments"]) -> Float[np.ndarray, " segments"]:
+        """Extrapolated tensions, with what is left of those that are negative where segments go slack."""
+        return np.where(self.slack(tension), self._slack_share * tension, tension)
+
+    def energy(self, positions: Float[np.ndarray, "nodes 3"]) -> float:
+        """Stretch energy [N mm]."""
+        return float(0.5 * (self.tension(positions) * self._strain(positions) * self.rest_length).sum())
+
+    def force(
+        self, positions: Float[np.ndarray, "nodes 3"], tension: Float[np.ndarray, " segments"] | None = None
+    ) -> Float[np.ndarray, "segments dofs"]:
+        """Forces of the segments on their host nodes, those of `response` at the same ``tension``."""
+        span = self._span(positions)
+        length = np.linalg.norm(span, axis=1)
+        strain = length / self.rest_length - 1.0
+        stiffness = self.stiffness(strain if tension is None else tension)
+        pull = (stiffness * strain / length)[:, None] * span
+        local = self._coefficient[:, :, None] * pull[:, None, :]
+        return local.reshape(len(self), 3 * self.connectivity.shape[1])
+
+    def response(
+        self, positions: Float[np.ndarray, "nodes 3"], tension: Float[np.ndarray, " segments"] | None = None
+    ) -> tuple[
+        Float[np.ndarray, "segments dofs"],
+        Float[np.ndarray, "segments dofs dofs"],
+        Float[np.ndarray, "segments dofs"],
+    ]:
+        """Forces, tangents and ∂l/∂x of the segments on their host nodes.
+
+        Parameters
+        ----------
+        positions : current positions of the nodes [mm].
+        tension : of the tangent's geometric part [N]; by default the constitutive one (exact Hessian). Its
+            sign says which branch of the law forces and tangents are of, taut or slack.
+        """
+        span = self._span(positions)
+        length = np.linalg.norm(span, axis=1)
+        direction = span / length[:, None]
+        strain = length / self.rest_length - 1.0
+        axial = self.stiffness(strain if tension is None else tension)
+        constitutive = axial * strain
+        if tension is None:
+            tension = constitutive
+        size = 3 * self.connectivity.shape[1]
+        length_gradient = (self._coefficient[:, :, None] * direction[:, None, :]).reshape(len(self), size)
+        force = constitutive[:, None] * length_gradient
+        geometric = (tension / length)[:, None, None] * np.eye(3) + (
+            axial / self.rest_length - tension / length
+        )[:, None, None] * (direction[:, :, None] * direction[:, None, :])
+        # ∂span/∂x on the left and on the right, as matrix products: the inner loops of an outer product would
+        # be of three numbers.
+        spread = (self._coefficient[:, :, None, None] * np.eye(3)).reshape(len(self), size, 3)
+        stiffness = (spread @ geometric) @ np.swapaxes(spread, 1, 2)
+        return force, stiffness, length_gradient

@@ -1,0 +1,325 @@
+"""Winding layouts: each yields the thread's polylines, in the reference configuration.
+
+A layout is geometry only. All are made for a cylinder about z; ψ is an azimuth from the centre of chamber 1.
+"""
+
+import abc
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from jaxtyping import Float
+
+from fem_reference.geometry.plausible import refuse_implausible
+
+#: How a thread may be coupled to the body.
+COUPLINGS = ("axis", "circumference")
+# Round-off of heights, as a share of the length.
+_ROUND_OFF = 1e-9
+
+
+@dataclass(frozen=True)
+class Thread:
+    """Elastic data of the thread, and how it is coupled to the body.
+
+    The paper's table has lost the modulus; 31 067 MPa and a radius of 0.0889 mm are the values of this
+    literature (Soft Robotics Toolkit; Connolly et al. 2015), so that EA = 771 N: inextensible beside the
+    silicone.
+
+    Parameters
+    ----------
+    young_modulus : [Pa].
+    radius : [m].
+    coupling : what of the body a point of the thread moves with: the point on its ``axis``, or the mean over
+        its ``circumference``, which converges under mesh refinement where the other does not.
+    bends : whether it resists bending, as a solid wire of its radius would; a yarn does hardly.
+    slack_share : of its stiffness, what it has in compression: all of it, as of a truss, or next to nothing,
+        such as 1e-4, as of a yarn that goes slack.
+    """
+
+    young_modulus: float = 31067e6
+    radius: float = 0.0889e-3
+    coupling: str = "circumference"
+    bends: bool = False
+    slack_share: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name in ("young_modulus", "radius"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise ValueError(f"{name}: got {value!r}, expected a positive finite number")
+            refuse_implausible(name, value)
+        if not 0.0 < self.slack_share <= 1.0:
+            raise ValueError(
+                f"slack_share: got {self.slack_share!r}, expected a number above 0 and at most 1"
+            )
+        if self.coupling not in COUPLINGS:
+            raise ValueError(f"coupling: got {self.coupling!r}, expected one of {', '.join(COUPLINGS)}")
+
+    @property
+    def diameter(self) -> float:
+        """Diameter [m]."""
+        return 2.0 * self.radius
+
+    @property
+    def axial_stiffness(self) -> float:
+        """EA [N]."""
+        return self.young_modulus * math.pi * self.radius**2
+
+    @property
+    def bending_stiffness(self) -> float:
+        """EI of a solid wire [N m²]."""
+        return self.young_modulus * math.pi * self.radius**4 / 4.0
+
+
+@dataclass(frozen=True)
+class Winding(abc.ABC):
+    """A layout of thread on a cylinder: geometry only."""
+
+    #: Name of the layout on the command line and in calibration files.
+    name: ClassVar[str]
+
+    @property
+    @abc.abstractmethod
+    def period(self) -> float:
+        """Axial length after which the layout repeats, and which a period cell spans [m]."""
+
+    @property
+    @abc.abstractmethod
+    def mirror_symmetric(self) -> bool:
+        """Whether the layout is its own mirror image in chamber 1's mid-plane, but for a shift along z."""
+
+    @abc.abstractmethod
+    def refuse_overlap(self, thread: Thread) -> None:
+        """Raise a ValueError, which names the argument, where neighbouring turns of the thread overlap."""
+
+    @abc.abstractmethod
+    def polylines(
+        self, radius: float, length: float, points_per_turn: int, start: float = 0.0
+    ) -> list[Float[np.ndarray, "_ 3"]]:
+        """Return a ``length`` of the threads on a cylinder of ``radius`` [m], from z = ``start`` on.
+
+        Each thread is an array of points [m]; consecutive points are joined by straight segments. A closed
+        thread ends on the point that it starts from. Any length will do: nothing is stretched to fit it. A
+        helix starts at the first of its points, as counted from z = 0, that is not below ``start``.
+
+        Raises
+        ------
+        ValueError
+            For fewer than three points per turn, and for a length in which the layout has no room.
+        """
+
+
+@dataclass(frozen=True)
+class _CrossedHelices(Winding):
+    """Threads in pairs of opposite hand, θ±(z) = ψ + 360° k/pairs ± 2πz/pitch for k = 0 … pairs − 1."""
+
+    psi: float = 0.0
+    pitch: float = 3e-3
+    _pairs: ClassVar[int]
+
+    def __post_init__(self) -> None:
+        if not math.isfinite(self.psi):
+            raise ValueError(f"psi: got {self.psi!r}, expected a finite angle in radians")
+        refuse_implausible("psi", self.psi)
+        _refuse_bad_length("pitch", self.pitch)
+
+    @property
+    def period(self) -> float:
+        """Axial length after which the layout repeats [m].
+
+        A shift along z turns the threads of one hand forwards and those of the other backwards. Both sets
+        first come back to themselves when the turn is that from one pair to the next: after pitch/pairs.
+        """
+        return self.pitch / self._pairs
+
+    @property
+    def mirror_symmetric(self) -> bool:
+        """The mirror image is the layout at −ψ; a shift by half a period turns it by 180°/pairs."""
+        steps = self.psi / (0.5 * math.pi / self._pairs)
+        return bool(abs(steps - round(steps)) < 1e-9)
+
+    def refuse_overlap(self, thread: Thread) -> None:
+        """See `Winding.refuse_overlap`; threads of one hand follow each other every period."""
+        smallest = self._pairs * thread.diameter
+        _refuse_close("pitch", self.pitch, smallest, thread)
+
+    def polylines(
+        self, radius: float, length: float, points_per_turn: int, start: float = 0.0
+    ) -> list[Float[np.ndarray, "_ 3"]]:
+        """Return the threads; see `Winding.polylines`. A helix ends where the length does, within a turn."""
+        _refuse_coarse(points_per_turn)
+        segments = max(1, round(points_per_turn * length / self.pitch))
+        skipped = math.ceil(start * segments / length - _ROUND_OFF)
+        z = np.linspace(0.0, length, segments + 1) + skipped * length / segments
+        threads = []
+        for first in self.psi + 2.0 * math.pi / self._pairs * np.arange(self._pairs):
+            for hand in (+1.0, -1.0):
+                azimuth = first + hand * 2.0 * math.pi * z / self.pitch
+                threads.append(np.column_stack([radius * np.cos(azimuth), radius * np.sin(azimuth), z]))
+        return threads
+
+
+@dataclass(frozen=True)
+class DoubleHelix(_CrossedHelices):
+    """Two threads of opposite hand, θ±(z) = ψ ± 2πz/pitch.
+
+    They cross at azimuth ψ (at heights 0, pitch, 2 pitch …) and ψ + 180° (half a pitch further).
+
+    Parameters
+    ----------
+    psi : winding orientation ψ, from the centre of chamber 1 [rad].
+    pitch : axial advance per turn [m].
+    """
+
+    name = "double-helix"
+    _pairs = 1
+
+
+@dataclass(frozen=True)
+class SixHelix(_CrossedHelices):
+    """Three double helices, 120° apart: θ±(z) = ψ + 120° k ± 2πz/pitch.
+
+    Threads cross at azimuths ψ, ψ + 120° and ψ + 240° (at heights 0, pitch/3 …), and midway between them (a
+    sixth of a pitch further), so that the layouts of ψ and ψ + 60° are the same but for that shift. The
+    layout repeats after a third of the pitch.
+
+    Parameters
+    ----------
+    psi : winding orientation ψ, from the centre of chamber 1 [rad].
+    pitch : axial advance per turn of each thread [m].
+    """
+
+    name = "six-helix"
+    _pairs = 3
+
+
+@dataclass(frozen=True)
+class Ring(Winding):
+    """Closed rings, square to the rod.
+
+    The first lies half a spacing above z = 0, the others follow every spacing, as many as have room up to
+    z = length. A length of whole spacings has a ring in the middle of each.
+
+    Parameters
+    ----------
+    spacing : axial distance from ring to ring [m]. The default, half the double helix's default pitch, takes
+        as much thread per length as that but for its climb.
+    """
+
+    spacing: float = 1.5e-3
+    name = "ring"
+
+    def __post_init__(self) -> None:
+        _refuse_bad_length("spacing", self.spacing)
+
+    @property
+    def period(self) -> float:
+        """Axial length after which the layout repeats: one spacing [m]."""
+        return self.spacing
+
+    @property
+    def mirror_symmetric(self) -> bool:
+        """A ring is its own mirror image in every plane through the axis."""
+        return True
+
+    def refuse_overlap(self, thread: Thread) -> None:
+        """See `Winding.refuse_overlap`."""
+        _refuse_close("spacing", self.spacing, thread.diameter, thread)
+
+    def polylines(
+        self, radius: float, length: float, points_per_turn: int, start: float = 0.0
+    ) -> list[Float[np.ndarray, "_ 3"]]:
+        """Return the rings; see `Winding.polylines`."""
+        _refuse_coarse(points_per_turn)
+        if self.spacing > length * (1.0 + _ROUND_OFF):
+            raise ValueError(
+                f"spacing: got {self.spacing * 1e3:g} mm, expected at most the length of {length * 1e3:g} mm"
+            )
+        azimuth = np.linspace(0.0, 2.0 * math.pi, points_per_turn + 1)
+        circle = radius * np.column_stack([np.cos(azimuth), np.sin(azimuth)])
+        circle[-1] = circle[0]
+        end = start + length
+        first = math.ceil(start / self.spacing - 0.5 - _ROUND_OFF)
+        last = math.floor(end / self.spacing - 0.5 + _ROUND_OFF)
+        heights = np.clip(self.spacing * (np.arange(first, last + 1) + 0.5), start, end)
+        return [np.column_stack([circle, np.full(len(circle), z)]) for z in heights]
+
+
+@dataclass(frozen=True)
+class NoWinding(Winding):
+    """No thread at all: the bare silicone body, which balloons at a few kPa."""
+
+    name = "none"
+
+    @property
+    def period(self) -> float:
+        """Length of the cell [m]; every length is a period. That of the double helix's default pitch."""
+        return 3e-3
+
+    @property
+    def mirror_symmetric(self) -> bool:
+        """Nothing is there to break the section's own symmetry."""
+        return True
+
+    def refuse_overlap(self, thread: Thread) -> None:
+        """Nothing overlaps."""
+
+    def polylines(
+        self, radius: float, length: float, points_per_turn: int, start: float = 0.0
+    ) -> list[Float[np.ndarray, "_ 3"]]:
+        """Return an empty list."""
+        return []
+
+
+#: Names of all layouts.
+LAYOUTS = (DoubleHelix.name, Ring.name, SixHelix.name, NoWinding.name)
+
+
+def layout(name: str, psi: float = 0.0, pitch: float = 3e-3, spacing: float | None = None) -> Winding:
+    """Return the layout of that name.
+
+    Parameters
+    ----------
+    name : one of `LAYOUTS`.
+    psi : winding orientation of the helices [rad]. Rings, and no winding, have none.
+    pitch : of the helices [m].
+    spacing : of the rings [m]; half the pitch by default: about the thread per length of a double helix.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name, a spacing of anything but rings, and for what the layout refuses.
+    """
+    if name not in LAYOUTS:
+        raise ValueError(f"layout: got {name!r}, expected one of {', '.join(LAYOUTS)}")
+    if spacing is not None and name != Ring.name:
+        raise ValueError(
+            f"spacing: got {spacing * 1e3:g} mm for the layout {name}, expected it for rings only"
+        )
+    if name == Ring.name:
+        _refuse_bad_length("pitch", pitch)
+        return Ring(0.5 * pitch if spacing is None else spacing)
+    if name == NoWinding.name:
+        return NoWinding()
+    return DoubleHelix(psi, pitch) if name == DoubleHelix.name else SixHelix(psi, pitch)
+
+
+def _refuse_bad_length(name: str, value: float) -> None:
+    if not (math.isfinite(value) and value > 0.0):
+        raise ValueError(f"{name}: got {value!r}, expected a positive finite length in metres")
+    refuse_implausible(name, value)
+
+
+def _refuse_close(name: str, value: float, smallest: float, thread: Thread) -> None:
+    if value <= smallest:
+        raise ValueError(
+            f"{name}: got {value * 1e3:g} mm, expected more than {smallest * 1e3:g} mm: turns of a thread of "
+            f"{thread.diameter * 1e3:g} mm overlap"
+        )
+
+
+def _refuse_coarse(points_per_turn: int) -> None:
+    if points_per_turn < 3:
+        raise ValueError(f"points_per_turn: got {points_per_turn}, expected at least 3")

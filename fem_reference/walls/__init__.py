@@ -1,0 +1,4 @@
+"""Contact between chamber walls."""
+
+from fem_reference.walls.self_contact import ContactPath as ContactPath
+from fem_reference.walls.self_contact import WallContact as WallContact

@@ -1,0 +1,281 @@
+"""The loss means what it says, minimising it calibrates the law, and what is held out never trains."""
+
+import itertools
+from dataclasses import replace
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from jax.flatten_util import ravel_pytree
+from manufactured_cell import potential
+
+from calibration.fit import (
+    Scales,
+    begin_near,
+    figures,
+    fit,
+    fit_and_judge,
+    initial_law,
+    initial_oriented,
+    prepare,
+)
+from calibration.fit.distil_mean import mean_states
+from calibration.fit.initial_law import with_guess
+from calibration.fit.levenberg_marquardt import mean_square
+from calibration.fit.pipeline import (
+    DIGITS,
+    PRIOR,
+    PRIOR_NEAR,
+    PRIOR_NEAR_SEVERAL,
+    metric_in,
+    rounded,
+    symmetry_of,
+)
+from calibration.fit.samples import metric
+from calibration.studies.other_laws import _Contracted
+from calibration.sweep import attributes, inside
+from rodmodel import Domain, SectionLaw
+
+LENGTH = 0.06
+MOMENT_MAX = 2e-3
+DOMAIN = Domain((70e3, 50e3, 50e3), 100e3, MOMENT_MAX)
+SCALES = Scales.of(DOMAIN, LENGTH, 15.5e-6)
+
+
+@pytest.fixture(autouse=True)
+def short_trials(monkeypatch):
+    """One start, tried for no longer than a test needs."""
+    monkeypatch.setattr("calibration.fit.pipeline.STARTS", 1)
+    monkeypatch.setattr("calibration.fit.pipeline.TRIAL_ITERATIONS", 2)
+
+
+@pytest.fixture(scope="module")
+def some(samples):
+    return samples.where(np.arange(len(samples)) % 20 == 0)
+
+
+def scales_of(samples):
+    return metric(samples, LENGTH, 3e3, MOMENT_MAX / 3)
+
+
+def loss_of(law, samples):
+    return mean_square(law, samples, scales_of(samples))
+
+
+def law_of(symmetry="mirror"):
+    return initial_law(SCALES, ridges=6, features=5, seed=0, symmetry=symmetry)
+
+
+class ManufacturedInCurvature(_Contracted):
+    """The manufactured potential at one pressure, off by a constant moment."""
+
+    offset: jnp.ndarray
+    pressure: jnp.ndarray
+
+    def energy(self, curvature):
+        return potential(curvature, self.pressure) + self.offset @ curvature
+
+
+class Manufactured(SectionLaw):
+    """The manufactured potential, off by a constant moment."""
+
+    offset: jnp.ndarray
+
+    def at(self, pressure):
+        return ManufacturedInCurvature(self.offset, pressure)
+
+
+def test_a_moment_error_counts_as_the_bending_angle_it_causes(some):
+    # All states are stiffer than a quarter of the median, so that no compliance is capped.
+    angle = np.rad2deg(LENGTH) * np.linalg.solve(some.hessian[:, :3, :3], [[0.0], [1e-5], [0.0]])[..., 0]
+    law = Manufactured(jnp.array([0.0, 1e-5, 0.0]))
+    assert loss_of(law, some) == pytest.approx(np.mean(np.sum(angle**2, axis=1)), rel=1e-9)
+
+
+def test_a_law_that_is_right_has_no_loss_and_is_left_alone(some):
+    """The states' Newton stops at 1e-14 N m, some 1e-8 degrees."""
+    law = Manufactured(jnp.zeros(3))
+    assert loss_of(law, some) <= 1e-14
+    off = Manufactured(jnp.array([0.0, 1e-5, 0.0]))
+    found = fit(off, some, scales_of(some), 40)
+    # The residuals are linear in the offset: the damped steps go straight to the bottom.
+    assert found.converged
+    np.testing.assert_allclose(found.law.offset, 0.0, atol=1e-5 * 1e-3)
+
+
+def test_mirror_images_of_the_states_would_change_nothing(some):
+    law = law_of()
+    sign, swap = np.array([-1.0, 1.0, -1.0]), [0, 2, 1]
+    signs = np.concatenate([sign, np.ones(3)])
+    order = [0, 1, 2, 3, 5, 4]
+    image = replace(
+        some,
+        pressure=some.pressure[:, swap],
+        curvature=some.curvature * sign,
+        gradient=(some.gradient * signs)[:, order],
+        hessian=(some.hessian * np.outer(signs, signs))[:, order][:, :, order],
+    )
+    assert loss_of(law, image) == pytest.approx(loss_of(law, some), rel=1e-10)
+
+
+def test_the_minimiser_lowers_the_loss_and_tells_of_each_iteration(some):
+    told = []
+    law = law_of()
+    found = fit(law, some, scales_of(some), 12, watch=lambda n, loss: told.append((n, loss)))
+    assert [n for n, _ in told] == list(range(1, found.iterations + 1))
+    losses = [loss_of(law, some), *(loss for _, loss in told)]
+    assert all(b <= a for a, b in itertools.pairwise(losses))
+    assert found.loss == pytest.approx(loss_of(found.law, some), rel=1e-10)
+    assert found.loss < 0.05 * losses[0]
+
+
+def test_a_prior_counts_the_squares_of_the_parameters_and_keeps_them_small(some):
+    found = {prior: fit(law_of(), some, scales_of(some), 8, prior=prior) for prior in (1e-4, 100.0)}
+    squares = {}
+    for prior, fitted in found.items():
+        parameters, _ = ravel_pytree(eqx.filter(fitted.law, eqx.is_inexact_array))
+        squares[prior] = float(parameters @ parameters)
+        expected = loss_of(fitted.law, some) + prior * squares[prior]
+        assert fitted.loss == pytest.approx(expected, rel=1e-10)
+    assert squares[100.0] < 0.1 * squares[1e-4]
+
+
+def test_a_prior_about_the_start_counts_how_far_the_parameters_have_moved_from_there(some):
+    law = law_of()
+    start, _ = ravel_pytree(eqx.filter(law, eqx.is_inexact_array))
+    moved = {}
+    for prior in (0.1, 10.0, 1e9):
+        found = fit(law, some, scales_of(some), 8, prior=prior, stay_near=True)
+        parameters, _ = ravel_pytree(eqx.filter(found.law, eqx.is_inexact_array))
+        moved[prior] = float(jnp.sum((parameters - start) ** 2))
+        assert found.loss == pytest.approx(loss_of(found.law, some) + prior * moved[prior], rel=1e-10)
+        assert found.loss <= loss_of(law, some)
+    assert moved[1e9] < 1e-3 * moved[10.0] < 1e-3 * moved[0.1]
+
+
+@pytest.mark.parametrize(
+    ("layout", "mirror", "symmetry"),
+    [
+        ("double-helix", True, "mirror"),
+        ("double-helix", False, "none"),
+        ("ring", True, "full"),
+        ("six-helix", True, "full"),
+        ("six-helix", False, "none"),
+    ],
+)
+def test_the_symmetry_of_a_section_follows_from_its_layout(layout, mirror, symmetry):
+    assert symmetry_of({"layout": layout, "mirror": mirror}) == symmetry
+
+
+def test_the_guess_of_the_free_curvature_is_near_its_root(samples):
+    """To a tenth of the range: from there Newton's method finds the root that a loading leads to."""
+    train = samples.where(~samples.held_out & (np.arange(len(samples)) % 4 == 0))
+    law = with_guess(fit(law_of(), train, scales_of(train), 8).law, DOMAIN)
+    pressure = jnp.asarray(samples.pressure[samples.held_out][::7])
+    root = eqx.filter_vmap(law.free_curvature)(pressure)
+    guess = eqx.filter_vmap(lambda p: law.contracted(p).free_curvature)(pressure)
+    size = float(jnp.max(jnp.linalg.norm(root, axis=1)))
+    assert float(jnp.max(jnp.linalg.norm(guess - root, axis=1))) < 0.1 * size
+
+
+def test_a_fit_predicts_held_out_states_far_better_than_their_range(dataset):
+    # 40 paths and a small law for a short while; the real calibration has more of each.
+    outcome = fit_and_judge(dataset, DOMAIN, LENGTH, ridges=10, features=8, iterations=30, seed=0)
+    assert outcome.good, outcome.complaint
+    angle, volume = outcome.error["free_bending_angle_rad"], outcome.error["volume_m2"]
+    assert angle["p95"] < 0.02 * angle["range"]
+    assert volume["p95"] < 0.02 * volume["range"]
+    assert outcome.training["ridges"] == 10
+
+
+SHORT = {"domain": DOMAIN, "length": LENGTH, "ridges": 3, "features": 3, "iterations": 3, "seed": 0}
+
+
+@pytest.mark.slow
+def test_a_law_of_another_winding_gives_the_fit_its_size_and_start(dataset):
+    """Of full symmetry, it has three times the ridges where only the mirror is left."""
+    near = begin_near(law_of("full"), attributes(dataset))
+    outcome = fit_and_judge(dataset, **{**SHORT, "iterations": 30}, near=[near])
+    assert outcome.good, outcome.complaint
+    assert outcome.law.symmetry == "mirror"
+    assert (outcome.training["ridges"], outcome.training["features"]) == (18, 15)
+    assert outcome.training["prior"] == PRIOR_NEAR
+    alone = fit_and_judge(dataset, **SHORT)
+    assert alone.training["prior"] == PRIOR
+    angle = outcome.error["free_bending_angle_rad"]
+    assert angle["p95"] < 0.02 * angle["range"]
+
+
+def test_laws_that_cannot_become_those_of_a_section_are_refused():
+    run = {"layout": "double-helix", "mirror": True}
+    with pytest.raises(ValueError, match="all orientations"):
+        begin_near(initial_oriented(SCALES, 4, 4, seed=0), run)
+    with pytest.raises(ValueError, match="symmetry"):
+        begin_near(law_of("none"), run)
+    with pytest.raises(ValueError, match="Manufactured, expected a network of ridges"):
+        begin_near(Manufactured(jnp.zeros(3)), run)
+    oriented = begin_near(law_of("full"), {**run, "mirror": False, "orientations": [0.0, 0.5]})
+    assert begin_near(oriented, {**run, "orientations": [0.0, 0.5]}) is oriented
+
+
+def test_held_out_states_do_not_train(dataset):
+    held_out = np.flatnonzero(dataset["role"].values == "held-out")
+    spoilt = dataset.copy(deep=True)
+    spoilt["curvature"].values[held_out] += 1.0
+    first, second = (fit_and_judge(data, **SHORT) for data in (dataset, spoilt))
+    assert np.array_equal(first.law.directions, second.law.directions)
+    assert first.error != second.error
+
+
+def test_a_law_is_rounded_to_what_its_file_holds():
+    law = law_of()
+    short = rounded(law)
+    before, after = (ravel_pytree(eqx.filter(some, eqx.is_inexact_array))[0] for some in (law, short))
+    np.testing.assert_allclose(after, before, rtol=0.5 * 10.0 ** (1 - DIGITS), atol=0.0)
+    assert all(float(f"{number:.{DIGITS}g}") == number for number in after)
+    assert eqx.tree_equal(rounded(short), short)
+
+
+def test_figures_of_a_fit_can_be_found_again(dataset, samples):
+    outcome = fit_and_judge(dataset, **SHORT)
+    judged = samples.held_out & inside(outcome.domain, samples.pressure, samples.moment)
+    assert figures(outcome.law, samples.where(judged), LENGTH) == outcome.error
+
+
+def test_a_law_of_all_orientations_is_fitted_to_states_of_several(some):
+    """States at ψ and, turned by 120°, at ψ + 120° are one section: residuals are the same, and fall."""
+    law = initial_oriented(SCALES, ridges=4, features=4, seed=0)
+    states = replace(some, psi=np.full(len(some), 0.2))
+    loss = loss_of(law, states)
+    assert loss_of(law, replace(states, psi=states.psi + np.pi)) == pytest.approx(loss, rel=1e-9)
+    assert abs(loss_of(law, replace(states, psi=states.psi + 0.5)) / loss - 1.0) > 1e-3
+    outcome = fit(law, states, scales_of(states), iterations=5)
+    assert outcome.loss < 0.3 * loss
+    guessed = with_guess(outcome.law, DOMAIN)
+    assert np.abs(guessed.network.guess).max() > 0.0
+
+
+def test_a_law_with_more_parameters_than_data_is_fitted_to_the_end(some):
+    """The normal matrix is singular then, and in single precision not even semidefinite."""
+    few = some.where(np.arange(len(some)) < 2)
+    law = law_of()
+    assert ravel_pytree(eqx.filter(law, eqx.is_inexact_array))[0].size > 27 * len(few)
+    found = fit(law, few, scales_of(few), iterations=120, tolerance=0.0)
+    assert found.loss < 1e-6 * loss_of(law, few)
+
+
+@pytest.mark.slow
+def test_one_law_learns_the_mean_of_laws_near_several(dataset):
+    """It comes nearer to their mean than they are to it, at states that it did not learn from."""
+    run = attributes(dataset)
+    laws = [begin_near(initial_law(SCALES, 6, 5, seed=seed, symmetry="mirror"), run) for seed in (0, 1, 2)]
+    outcome = fit_and_judge(dataset, **{**SHORT, "iterations": 25}, near=laws)
+    assert outcome.good, outcome.complaint
+    assert outcome.training["prior"] == PRIOR_NEAR_SEVERAL
+    own = prepare(dataset, DOMAIN, LENGTH)
+    options = {"iterations": 25, "prior": PRIOR_NEAR_SEVERAL, "stay_near": True}
+    alone = [fit(law, own.train, own.metric, **options).law for law in laws]
+    unseen = mean_states([with_guess(alone[0], DOMAIN), *alone[1:]], DOMAIN, own.train.psi, seed=9)
+    scatter = [mean_square(law, unseen, metric_in(DOMAIN, unseen, LENGTH)) for law in alone]
+    assert mean_square(outcome.law, unseen, metric_in(DOMAIN, unseen, LENGTH)) < 0.5 * min(scatter)

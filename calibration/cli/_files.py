@@ -19,12 +19,12 @@ def read_dataset(file: str) -> Any:
         raise BadInputError(str(error)) from error
 
 
-def read_truth(file: str) -> Any:
-    """The gathered runs of the full actuator."""
-    from calibration.truth.dataset import TruthError, load_truth
+def read_truth(file: str | None) -> Any:
+    """The gathered runs of the full actuator; without a file, those that ship."""
+    from calibration.truth.dataset import SHIPPED, TruthError, load_truth
 
     try:
-        return load_truth(Path(file))
+        return load_truth(SHIPPED if file is None else Path(file))
     except TruthError as error:
         raise BadInputError(str(error)) from error
 

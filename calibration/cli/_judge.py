@@ -21,7 +21,9 @@ _ROWS = {
 def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
     """Add the command."""
     judge = commands.add_parser("judge", help="shipped rods against the judge runs of the full actuator")
-    judge.add_argument("truth", help="netCDF file that `truth --gather` wrote")
+    judge.add_argument(
+        "truth", nargs="?", help="netCDF file that `truth --gather` wrote (default: the runs that ship)"
+    )
     judge.add_argument(
         "--role", default="judge", choices=["judge", "fit"], help="of the runs (default: %(default)s)"
     )
@@ -55,8 +57,9 @@ def _status(found: dict[str, Any], options: argparse.Namespace) -> int:
     """Bad where nothing was judged: no rod has passed then."""
     if found["judged"]:
         return GOOD
+    runs = options.truth or "the runs that ship"
     return complain(
-        f"rodmodel-calibrate judge: {options.truth}: none of {found['states']} states of {options.role} runs "
+        f"rodmodel-calibrate judge: {runs}: none of {found['states']} states of {options.role} runs "
         "can be judged: no law of their winding covers them",
         NOT_CONVERGED,
     )

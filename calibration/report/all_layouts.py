@@ -86,7 +86,7 @@ def markdown(maps: Sequence[MapReport], rods: Mapping[str, Mapping[str, Any]]) -
     lines = [
         "# Errors of maps and rods",
         "",
-        "What `rodmodel-calibrate report` prints.",
+        "What `rodmodel-calibrate report --datasets calibration/datasets` prints.",
         "",
         "## Map against cell",
         "",

@@ -6,6 +6,7 @@ from calibration.truth.cases import layout_of as layout_of
 from calibration.truth.compare_rods import Verdict as Verdict
 from calibration.truth.compare_rods import compare_with_truth as compare_with_truth
 from calibration.truth.compare_rods import judgement as judgement
+from calibration.truth.dataset import SHIPPED as SHIPPED
 from calibration.truth.dataset import TruthError as TruthError
 from calibration.truth.dataset import case_of as case_of
 from calibration.truth.dataset import free_states as free_states

@@ -32,6 +32,9 @@ from fem_reference import (
 )
 from rodmodel.io import write_atomically
 
+#: Runs of the full actuator that ship with the package.
+SHIPPED = Path(__file__).with_name("full_actuator.nc")
+
 # name in the dataset, key of the record, dims beside "state", unit, factor to that unit, largest magnitude
 _VARIABLES: tuple[tuple[str, str, tuple[str, ...], str, float, float], ...] = (
     ("pressure", "pressure_kpa", ("chamber",), "Pa", 1e3, 1e8),

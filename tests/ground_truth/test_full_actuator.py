@@ -1,7 +1,6 @@
 """The full actuator's runs that ship: what they are, what they must obey, and how far rods are from them."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,9 +9,9 @@ import xarray as xr
 import rodmodel
 from calibration.fit import on_loading_branch
 from calibration.report import report_rods
-from calibration.truth import Verdict, case_of, compare_with_truth
+from calibration.truth import SHIPPED, Verdict, case_of, compare_with_truth
 
-FILE = Path(__file__).with_name("full_actuator.nc")
+FILE = SHIPPED
 # The windings that have ends of their own runs; the first one's serve the others.
 PAPER, WIDEST = "double-helix, pitch 3 mm, ψ = 0°", "double-helix, pitch 6 mm, ψ = 0°"
 SIX = "six-helix, pitch 3 mm"

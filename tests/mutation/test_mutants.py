@@ -47,9 +47,15 @@ def test_every_mutant_of_a_subject_is_a_program_of_its_own() -> None:
     for subject in SUBJECTS.values():
         source = (ROOT / subject.module).read_text()
         made = mutants(source)
-        trees = {ast.dump(ast.parse(mutant.source)) for mutant in made}
-        assert len(trees | {ast.dump(ast.parse(source))}) == len(made) + 1 > 30
+        assert len({source, *(mutant.source for mutant in made)}) == len(made) + 1 > 30
         assert len({mutant.key for mutant in made}) == len(made)
+
+
+def test_a_fault_is_where_its_line_says_and_nowhere_else() -> None:
+    for mutant in mutants(SOURCE):
+        pairs = enumerate(zip(SOURCE.splitlines(), mutant.source.splitlines(), strict=True), start=1)
+        assert [number for number, (before, after) in pairs if before != after] == [mutant.line]
+        assert ast.dump(ast.parse(mutant.source)) != ast.dump(ast.parse(SOURCE))
 
 
 def test_a_larger_sample_holds_a_smaller_one_in_the_order_of_lines() -> None:

@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from calibration.truth import SHIPPED
+
 POINTS = Path(__file__).parents[2] / "examples" / "data" / "cell_points.json"
 
 
@@ -93,7 +95,7 @@ def test_chambers_2_and_3_are_alike_on_the_full_actuator_too():
 
     Over the cap's radius of 6 mm that is a turn of 0.05°. Beyond 60 kPa there are several stable states.
     """
-    file = Path(__file__).parents[1] / "ground_truth" / "full_actuator.nc"
+    file = SHIPPED
     truth = xr.load_dataset(file, engine="h5netcdf")
     truth = truth.isel(state=truth["pressure"].values.max(axis=1) <= 60e3)
     second, third = (truth.isel(state=truth["case"].values == name) for name in ("chamber2", "chamber3"))

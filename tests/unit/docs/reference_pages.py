@@ -141,8 +141,8 @@ def result_codes() -> str:
         "",
         _WRITTEN,
         "",
-        "`solution.result` says how a solve ended. `rod.solve` raises an error with the message where it",
-        "did not end well, unless it is called with `throw=False`; a predictor never raises. The names are the",
+        "`solution.result` says how a solve ended. `rod.solve` raises an error with the message where it did",
+        "not end well, unless it is called with `throw=False`; a predictor never raises. The names are the",
         "same in C, in the compiled rod and in the differentiable one.",
         "",
     ]

@@ -16,8 +16,24 @@ from tests.unit.docs.pages import (
 )
 from tests.unit.docs.reference_pages import PROGRAMS, commands_of, parser_of
 
+# Files of the repository that are no output of a command.
+OURS = re.compile(r"(calibration|examples|fem_reference|rodmodel|tests)/[\w./*:-]+")
 # What else a page may tell a reader to type.
-OTHERS = {"apt-get", "cd", "cmake", "ctest", "export", "git", "ls", "make", "mv", "pip", "pytest", "python", "ruff"}
+OTHERS = {
+    "apt-get",
+    "cd",
+    "cmake",
+    "ctest",
+    "export",
+    "git",
+    "ls",
+    "make",
+    "mv",
+    "pip",
+    "pytest",
+    "python",
+    "ruff",
+}
 
 
 @pytest.fixture(scope="module")
@@ -41,8 +57,7 @@ def test_every_command_line_is_one_that_the_program_takes(
     for words in [*fenced, *indented_commands(page)]:
         if words[0] in PROGRAMS:
             parsers[words[0]].parse_args(words[1:])
-        else:
-            check_files(words)
+        check_files(words)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name)
@@ -61,16 +76,13 @@ def test_every_command_in_a_line_of_text_is_known(
 
 
 def check_files(words: list[str]) -> None:
-    """Targets, modules, scripts and tests that a command names exist."""
+    """Targets, modules and files of the repository that a command, or a text in backticks, names exist."""
     program, *rest = words
+    for path in (word.partition("::")[0] for word in words if OURS.fullmatch(word)):
+        assert list(ROOT.glob(path)), words
     if program == "make":
         makefile = (ROOT / "Makefile").read_text()
         for target in (word for word in rest if re.fullmatch(r"[a-z][a-z-]*", word)):
             assert re.search(rf"^{target}\b.*:", makefile, re.MULTILINE), words
-    if program == "pytest" or rest[:2] == ["-m", "pytest"]:
-        for path in (word for word in rest if word.startswith("tests")):
-            assert (ROOT / path.partition("::")[0]).exists(), words
     elif program == "python" and rest[:1] == ["-m"] and rest[1].startswith("tests."):
         assert (ROOT / rest[1].replace(".", "/")).with_suffix(".py").exists(), words
-    elif program == "python" and rest and rest[0].endswith(".py"):
-        assert (ROOT / rest[0]).exists(), words

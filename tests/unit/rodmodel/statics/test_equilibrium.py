@@ -31,7 +31,8 @@ FORCE = np.array([0.03, -0.05, 0.02])
 
 @pytest.fixture(scope="module")
 def law() -> CurvatureLaw:
-    return synthetic.ridge_law().at(jnp.array([30e3, 10e3, 2e3]))
+    law = synthetic.ridge_law()
+    return jax.jit(lambda pressure: law.at(pressure))(jnp.array([30e3, 10e3, 2e3]))
 
 
 @pytest.fixture(params=[3, 6], ids=["dead loads", "with a follower force"])
@@ -87,8 +88,8 @@ def test_moments_balance_along_the_rod(rod: Equilibrium) -> None:
     """(R m)' + r' × n = 0, in the frame of the section: u × m + K u' + (Rᵀ r') × f = 0."""
     length = ACTUATOR.bending_length
     u = TURN / length
-    moment, stiffness = np.asarray(rod.law.moment(jnp.array(u))), np.asarray(rod.law.stiffness(jnp.array(u)))
-    rate = np.asarray(rod.turn_rate(jnp.array(FORCE), jnp.array(TURN))) / length**2
+    moment, stiffness = jax.jit(lambda u: (rod.law.moment(u), rod.law.stiffness(u)))(jnp.array(u))
+    rate = jax.jit(lambda f, t: rod.turn_rate(f, t))(jnp.array(FORCE), jnp.array(TURN)) / length**2
     terms = np.cross(u, moment), stiffness @ rate, np.cross(rod.direction(jnp.array(FORCE)), FORCE)
     # Each of them matters, and their sum is of their rounding.
     sizes = [np.abs(term).max() for term in terms]
@@ -98,8 +99,9 @@ def test_moments_balance_along_the_rod(rod: Equilibrium) -> None:
 
 def test_slopes_of_the_turn_are_its_derivatives(rod: Equilibrium) -> None:
     force, turn = jnp.array(FORCE), jnp.array(TURN)
-    expected = jax.jacfwd(rod.turn_rate, (0, 1))(force, turn)
-    for found, slope in zip(rod.turn_rate_slopes(force, turn), expected, strict=True):
+    expected = jax.jit(jax.jacfwd(lambda f, t: rod.turn_rate(f, t), (0, 1)))(force, turn)
+    written = jax.jit(lambda f, t: rod.turn_rate_slopes(f, t))(force, turn)
+    for found, slope in zip(written, expected, strict=True):
         np.testing.assert_allclose(found, slope, atol=1e-13 * np.abs(slope).max())
 
 
@@ -116,7 +118,7 @@ def test_the_end_lacks_the_moment_of_each_load_about_it(rod: Equilibrium) -> Non
     moment = moment + np.cross(0.5 * stiff * ahead, stiff * per_length)
     own = np.asarray(rod.law.moment(jnp.array(TURN) / ACTUATOR.bending_length))
     end = State(jnp.zeros(3), jnp.array(frame), jnp.array(TURN))
-    found = np.asarray(rod.imbalance(end, jnp.array(unknown_of(rod))))
+    found = np.asarray(jax.jit(lambda end, x: rod.imbalance(end, x))(end, jnp.array(unknown_of(rod))))
     np.testing.assert_allclose(found[:3], own - frame.T @ moment, atol=1e-13 * np.abs(own).max())
     if rod.unknowns == 6:
         np.testing.assert_allclose(found[3:], frame.T @ pull_of(rod) - FOLLOWER, atol=1e-16)

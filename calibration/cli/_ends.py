@@ -11,7 +11,7 @@ from calibration.cli._arguments import GOOD, BadInputError, Parser, not_negative
 from calibration.cli._files import read_calibration_file, read_truth, write_calibration_file
 
 if TYPE_CHECKING:
-    from calibration.ends.fit_ends import Compliance, Ends
+    from calibration.ends.fit import Compliance, Ends
     from rodmodel import Calibration, Layout
 
 _ENDS = {
@@ -48,7 +48,7 @@ def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
 
 
 def _ends(options: argparse.Namespace, command: str) -> int:
-    from calibration.ends.fit_ends import fit_compliance, fit_ends, fit_shear
+    from calibration.ends.fit import fit_compliance, fit_ends, fit_shear
     from calibration.ends.runs_for_layout import PAPER, runs_for
     from calibration.provenance import code_version, sha256, today
     from calibration.sweep.run_directory import END_COMPLIANCE

@@ -1,6 +1,8 @@
 """A copy of the tree in which one module has a fault, and the verdict of the tests there."""
 
+import math
 import os
+import resource
 import shutil
 import signal
 import subprocess
@@ -15,8 +17,12 @@ ROOT = Path(__file__).parents[2]
 _COPIED = ("rodmodel", "fem_reference", "calibration", "tests")
 # Sweeps and stored runs, which no test of a subject reads.
 _LEFT_OUT = shutil.ignore_patterns("__pycache__", "*.nc")
-# A fault may make an iteration longer, and an endless one must end; the least is for the import of JAX.
-_SLOWER, _LEAST = 3.0, 30.0
+# A fault may make an iteration longer, and an endless one must end. The limit is one of the processor's time,
+# as other work on the machine is no fault; the least is for the import of JAX. What waits for ever needs no
+# processor: its limit is on the clock, so many times longer.
+_SLOWER, _LEAST, _WAITS = 3, 30, 20
+# How a process ends whose time is up.
+_STOPPED = (-signal.SIGXCPU, -signal.SIGKILL)
 
 
 class Verdict(NamedTuple):
@@ -39,8 +45,14 @@ class Sandbox:
         shutil.copy(ROOT / "pyproject.toml", folder)
         self.folder = folder
 
-    def judge(self, subject: Subject, source: str, limit: float | None = None) -> Verdict:
-        """Run a subject's tests, up to the first that fails, with this text as its module."""
+    def judge(self, subject: Subject, source: str, limit: int | None = None) -> Verdict:
+        """Run a subject's tests, up to the first that fails, with this text as its module.
+
+        Parameters
+        ----------
+        subject, source : the module, and what stands in its place.
+        limit : of the processor's time [s].
+        """
         module = self.folder / subject.module
         good = module.read_text()
         module.write_text(source)
@@ -49,8 +61,8 @@ class Sandbox:
         finally:
             module.write_text(good)
 
-    def limit(self, subject: Subject) -> float:
-        """Longest time that a mutant is given [s].
+    def limit(self, subject: Subject) -> int:
+        """Longest time of the processor that a mutant is given [s]; nothing else may run in the meantime.
 
         Raises
         ------
@@ -58,15 +70,17 @@ class Sandbox:
             Where the tests fail without a fault, or pass without the module.
         """
         source = (self.folder / subject.module).read_text()
+        before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
         sound = self.judge(subject, source)
+        taken = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
         if sound.outcome != "survived":
             raise SandboxError(f"{subject.module}: its tests fail without a fault: {' '.join(subject.tests)}")
         absent = f"raise ImportError({subject.module!r})\n"
         if self.judge(subject, absent).outcome != "killed":
             raise SandboxError(f"{subject.module}: its tests pass without it: {' '.join(subject.tests)}")
-        return max(_LEAST, _SLOWER * sound.seconds)
+        return max(_LEAST, _SLOWER * math.ceil(taken))
 
-    def _run(self, tests: tuple[str, ...], limit: float | None) -> Verdict:
+    def _run(self, tests: tuple[str, ...], limit: int | None) -> Verdict:
         # No bytecode: that of the last mutant has the size and, within a second, the time of the next one.
         environment = os.environ | {"PYTHONDONTWRITEBYTECODE": "1"}
         command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests]
@@ -80,8 +94,10 @@ class Sandbox:
             stderr=subprocess.DEVNULL,
             start_new_session=True,
         )
+        if limit is not None:
+            resource.prlimit(run.pid, resource.RLIMIT_CPU, (limit, limit))
         try:
-            status = run.wait(limit)
+            status = run.wait(None if limit is None else _WAITS * limit)
         except subprocess.TimeoutExpired:
             return Verdict("timeout", time.monotonic() - begin)
         finally:
@@ -89,4 +105,5 @@ class Sandbox:
             if run.poll() is None:
                 os.killpg(run.pid, signal.SIGKILL)
                 run.wait()
-        return Verdict("killed" if status else "survived", time.monotonic() - begin)
+        outcome = "timeout" if status in _STOPPED else "killed" if status else "survived"
+        return Verdict(outcome, time.monotonic() - begin)

@@ -8,6 +8,10 @@ import pytest
 
 import fem_reference
 import rodmodel
+from calibration.measured import csv_file
+from calibration.report.all_layouts import title
+from calibration.sweep import dataset, run_schema
+from fem_reference.io import actuator_record
 from tests.unit.docs import reference_pages
 from tests.unit.docs.pages import DOCS, NOTES, PAGES, links, name, words
 
@@ -51,10 +55,21 @@ def test_a_page_of_the_reference_is_that_of_the_code(page: str) -> None:
     assert (REFERENCE / page).read_text() == reference_pages.PAGES[page]()
 
 
+def test_the_pages_of_files_name_every_key() -> None:
+    """Of measurements, of sweeps and their datasets, and of the actuator's records."""
+    columns = {*csv_file.PRESSURES, *csv_file.OUTPUTS, *csv_file.FORCES, *csv_file.GRAVITY}
+    assert columns <= keys("measured_csv.md")
+    swept = {*run_schema.STATE_KEYS, *(variable.name for variable in dataset.VARIABLES)}
+    assert swept | set(actuator_record.RECORD_KEYS) <= keys("run_files.md")
+
+
+def keys(page: str) -> set[str]:
+    """Texts in backticks."""
+    return set(re.findall(r"`([^`]+)`", (REFERENCE / page).read_text()))
+
+
 def test_the_page_of_errors_is_of_the_laws_that_ship() -> None:
     """Its figures are those of the files: made anew whenever a law is."""
-    from calibration.report.all_layouts import title
-
     maps, _ = (REFERENCE / "errors.md").read_text().split("## Rod against full actuator")
     rows = [line.split("|") for line in maps.splitlines() if line.startswith("|")]
     for calibration in rodmodel.shipped_calibrations():

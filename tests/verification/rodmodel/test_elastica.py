@@ -22,6 +22,9 @@ BARE = replace(synthetic.ACTUATOR, cap_length=0.0, cap_mass=0.0)
 # What the integration promises, relative to the length: ten times its error between steps of tolerance 1e-10.
 EXACT = 1e-8
 
+# A load of nothing: one compilation serves moments and weights.
+NONE = np.zeros(3)
+
 
 @pytest.fixture(scope="module")
 def rod() -> Rod:
@@ -84,7 +87,7 @@ def test_a_small_weight_across_bends_a_beam(capped: Rod) -> None:
     M = P * c / 2
     angle = (w * LENGTH**3 / 6 + P * LENGTH**2 / 2 + M * LENGTH) / STIFFNESS
     end = (w * LENGTH**4 / 8 + P * LENGTH**3 / 3 + M * LENGTH**2 / 2) / STIFFNESS
-    solution = capped.solve(np.zeros(3), gravity=[g, 0.0, 0.0])
+    solution = capped.solve(np.zeros(3), NONE, NONE, [g, 0.0, 0.0])
     assert angle < 1e-5
     np.testing.assert_allclose(solution.tip_position[0], end + angle * c, rtol=1e-6)
     np.testing.assert_allclose(solution.bending_angle, angle, rtol=1e-6)
@@ -95,7 +98,7 @@ def test_an_end_moment_bends_a_circle(capped: Rod, angle_deg: float) -> None:
     """M/EI all along, whatever the size: the axis of bending stays that of the moment."""
     angle = np.radians(angle_deg)
     moment = STIFFNESS * angle / LENGTH
-    solution = capped.solve(np.zeros(3), tip_moment=[0.0, moment, 0.0])
+    solution = capped.solve(np.zeros(3), NONE, [0.0, moment, 0.0], NONE)
     radius, c = LENGTH / angle, synthetic.ACTUATOR.cap_length
     expected = [
         radius * (1 - np.cos(angle)) + c * np.sin(angle),
@@ -109,7 +112,7 @@ def test_an_end_moment_bends_a_circle(capped: Rod, angle_deg: float) -> None:
 def test_an_axial_moment_twists_the_rod(capped: Rod) -> None:
     moment = 2e-3
     twist = moment / (STIFFNESS * synthetic.TORSION_RATIO)
-    solution = capped.solve(np.zeros(3), tip_moment=[0.0, 0.0, moment])
+    solution = capped.solve(np.zeros(3), NONE, [0.0, 0.0, moment], NONE)
     np.testing.assert_allclose(solution.tip_position, [0.0, 0.0, 0.066], atol=1e-16)
     c, s = np.cos(twist * LENGTH), np.sin(twist * LENGTH)
     np.testing.assert_allclose(solution.tip_rotation, [[c, -s, 0], [s, c, 0], [0, 0, 1]], atol=EXACT)
@@ -189,7 +192,8 @@ def test_large_forces_are_solved_and_to_the_tolerance(unit_rod: Rod) -> None:
         np.testing.assert_allclose(solution.tip_position, elastica_of(alpha), atol=EXACT)
 
 
-@pytest.mark.parametrize("steps", [2, 4, 8, 16, 32])
+# Too few, and just enough; `test_core_statics.py` has more of them.
+@pytest.mark.parametrize("steps", [*(pytest.param(n, marks=pytest.mark.slow) for n in (2, 4, 8)), 16, 32])
 def test_steps_that_are_too_few_are_flagged(unit_rod: Rod, steps: int) -> None:
     """What comes back as converged is right to what steps of order 4 can do for a curve over 1/√α of L."""
     answers = []

@@ -1,4 +1,8 @@
-"""The two solvers against each other and against what must hold where rods are difficult."""
+"""The two solvers against each other and against what must hold where rods are difficult.
+
+Each load and each number of steps is compiled by itself. What the compiled core is held to as well, in
+`test_core_closed_forms.py`, `test_core_statics.py` and `test_core_robustness.py`, is slow here.
+"""
 
 from dataclasses import replace
 
@@ -8,7 +12,7 @@ import numpy as np
 import pytest
 
 import rodmodel
-from rodmodel import RESULTS, Adaptive, FixedStep, LinearLaw, Rod
+from rodmodel import RESULTS, Adaptive, FixedStep, LinearLaw, Rod, Solution
 from tests.unit.rodmodel import synthetic
 
 LENGTH = synthetic.ACTUATOR.body_length
@@ -33,7 +37,7 @@ def column() -> Rod:
 EULER = np.pi**2 * 2e-4 / (4.0 * LENGTH**2)
 
 
-@pytest.mark.parametrize("steps", [1, 3])
+@pytest.mark.parametrize("steps", [pytest.param(1, marks=pytest.mark.slow), 3])
 def test_constant_curvature_is_exact_at_any_number_of_steps(rod: Rod, steps: int) -> None:
     """Rounding, grown by a few steps, at 300 degrees in one step too."""
     for scale in (1.0, 2.5):
@@ -44,6 +48,7 @@ def test_constant_curvature_is_exact_at_any_number_of_steps(rod: Rod, steps: int
         np.testing.assert_allclose(stepped.tip_rotation, arc.tip_rotation, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_fixed_steps_are_of_order_4(rod: Rod) -> None:
     """Error at the tip against many steps: halved steps make it sixteen times smaller, ± 15 %."""
     exact = rod.solve(PRESSURE, FORCE, solver=Adaptive(1e-12)).tip_position
@@ -54,6 +59,8 @@ def test_the_fixed_steps_are_of_order_4(rod: Rod) -> None:
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     np.testing.assert_allclose(orders, 4.0, atol=0.2)
 
+
+MANY = 10_000
 
 # Curvature per pressure [1/(m kPa)]: chamber k bends the rod away from its azimuth, about an axis across it.
 CHAMBERS = np.array([[0.0, 0.5, -0.5], [-0.6, 0.3, 0.3], [0.0, 0.0, 0.0]])
@@ -79,29 +86,29 @@ def random_cases(rod: Rod, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarr
     return pressure / excess[:, None], force, 9.81 * directions[1]
 
 
-@pytest.mark.parametrize("count", [500, pytest.param(10_000, marks=pytest.mark.slow)])
-def test_random_cases_of_a_convex_law_converge(column: Rod, count: int) -> None:
+@pytest.mark.slow
+def test_random_cases_of_a_convex_law_converge(column: Rod) -> None:
     """From a cold start, to about 130 degrees: 99.9 % converge, the others are flagged, no NaN."""
     section = LinearLaw(column.section.section_stiffness, 1e-3 * jnp.array(CHAMBERS))
     rod = Rod(section, synthetic.ACTUATOR, rodmodel.load("double-helix").domain, 0.0)
-    solution = solve_all(rod, random_cases(rod, count), FixedStep(8))
+    solution = solve_all(rod, random_cases(rod, MANY), FixedStep(8))
     assert np.mean(solution.converged) >= 0.999
     assert np.all(np.isfinite(solution.tip_position))
     assert np.all(np.isfinite(solution.bending_angle))
     np.testing.assert_array_equal(solution.result == RESULTS.successful, solution.converged)
 
 
-@pytest.mark.parametrize("count", [500, pytest.param(10_000, marks=pytest.mark.slow)])
-def test_random_cases_of_the_shipped_law_agree_or_are_flagged(count: int) -> None:
-    """From a cold start 99.9 % converge, or all but one of a few; the others are flagged; there is no NaN.
+@pytest.mark.slow
+def test_random_cases_of_the_shipped_law_agree_or_are_flagged() -> None:
+    """From a cold start 99.9 % converge; the others are flagged; there is no NaN.
     Where both solvers are inside the calibration, tips agree to 1e-5 of the length. Of 10 000 cases one is so
     soft that 32 steps leave 4e-5, and order 4 a sixteenth of that with twice as many."""
     rod = rodmodel.load("double-helix")
-    cases = random_cases(rod, count)
+    cases = random_cases(rod, MANY)
     fixed, adaptive = (solve_all(rod, cases, solver) for solver in (FixedStep(64), Adaptive()))
     for solution in (fixed, adaptive):
         assert np.all(np.isfinite(solution.tip_position))
-        assert np.sum(~solution.converged) <= max(1, count // 1000)
+        assert np.sum(~solution.converged) <= MANY // 1000
         np.testing.assert_array_equal(solution.result == RESULTS.successful, solution.converged)
     inside = np.asarray(fixed.in_domain & adaptive.in_domain & fixed.converged & adaptive.converged)
     assert inside.mean() > 0.99
@@ -124,6 +131,7 @@ def test_an_equilibrium_past_buckling_is_told_to_be_unstable(column: Rod) -> Non
     np.testing.assert_allclose(refused.stats["load_fraction"], 1.0 / 1.03, atol=1e-4)
 
 
+@pytest.mark.slow
 def test_a_follower_load_past_90_degrees_is_the_dead_load_that_it_has_become(column: Rod) -> None:
     angles = []
     for size in (0.05, 0.3):
@@ -142,6 +150,7 @@ def column_start(solution: rodmodel.Solution) -> rodmodel.Solution:
     return replace(solution, unknown=solution.unknown[:3])
 
 
+@pytest.mark.slow
 def test_a_follower_moment_is_a_circle(column: Rod) -> None:
     """400 degrees, about the rod's own axis of bending: M/EI all along."""
     moment = 2e-4 * np.radians(400.0) / LENGTH
@@ -155,25 +164,33 @@ def test_the_base_may_stand_anywhere(rod: Rod) -> None:
     turn = np.array([[1, 0, 0], [0, np.cos(x), -np.sin(x)], [0, np.sin(x), np.cos(x)]]) @ np.array(
         [[np.cos(y), 0, np.sin(y)], [0, 1, 0], [-np.sin(y), 0, np.cos(y)]]
     )
-    place = np.array([0.3, -0.2, 0.1])
-    one = rod.solve(PRESSURE, FORCE, gravity=GRAVITY, distributed_force=[0.0, 0.4, 0.0], solver=FixedStep(8))
-    other = rod.solve(
-        PRESSURE,
-        turn @ FORCE,
-        gravity=turn @ GRAVITY,
-        distributed_force=turn @ np.array([0.0, 0.4, 0.0]),
-        base_position=place,
-        base_rotation=turn,
-        solver=FixedStep(8),
-    )
+    place, wind = np.array([0.3, -0.2, 0.1]), np.array([0.0, 0.4, 0.0])
+
+    def solve(base: np.ndarray, *loads: np.ndarray, turned: np.ndarray, throw: bool = True) -> Solution:
+        force, gravity, wind = loads
+        return rod.solve(
+            PRESSURE,
+            force,
+            None,
+            gravity,
+            throw,
+            distributed_force=wind,
+            base_position=base,
+            base_rotation=turned,
+            solver=FixedStep(8),
+        )
+
+    one = solve(np.zeros(3), FORCE, GRAVITY, wind, turned=np.eye(3))
+    other = solve(place, turn @ FORCE, turn @ GRAVITY, turn @ wind, turned=turn)
     np.testing.assert_allclose(other.tip_position, place + turn @ one.tip_position, atol=1e-12)
     np.testing.assert_allclose(other.tip_rotation, turn @ one.tip_rotation, atol=1e-11)
     np.testing.assert_allclose(other.bending_angle, one.bending_angle, atol=1e-11)
     np.testing.assert_allclose(other.centreline(0.03), place + turn @ one.centreline(0.03), atol=1e-12)
-    bad = rod.solve(PRESSURE, base_rotation=2.0 * turn, throw=False)
+    bad = solve(place, FORCE, GRAVITY, wind, turned=2.0 * turn, throw=False)
     assert bad.result == RESULTS.bad_input
 
 
+@pytest.mark.slow
 def test_a_distributed_force_is_a_weight(column: Rod) -> None:
     weight = BARE.mass_per_length * GRAVITY
     one = column.solve(np.zeros(3), gravity=GRAVITY, solver=FixedStep(8))
@@ -181,6 +198,7 @@ def test_a_distributed_force_is_a_weight(column: Rod) -> None:
     np.testing.assert_allclose(other.tip_position, one.tip_position, atol=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [1e3, 1e-3])
 def test_stiff_and_soft_sections_under_loads_in_proportion_bend_alike(factor: float) -> None:
     def bent(scale: float) -> rodmodel.Solution:

@@ -45,6 +45,7 @@ def test_a_small_end_force_bends_and_shears_a_cantilever() -> None:
     np.testing.assert_allclose(tip[0], expected, rtol=1e-7)
 
 
+@pytest.mark.slow  # of the compiled core it is not, in `test_core_closed_forms.py`
 @pytest.mark.parametrize("factor", [1.0 - 1e-3, 1.0 + 1e-3])
 def test_a_column_that_shears_buckles_at_haringx_load(factor: float) -> None:
     """P (1 + c P) = π² EI/4L²; Timoshenko and Gere (1961), Theory of Elastic Stability, eq. 2-63."""

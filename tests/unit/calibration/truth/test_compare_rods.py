@@ -10,7 +10,8 @@ import xarray as xr
 
 import rodmodel
 from calibration.cli import main
-from calibration.ends import fit_ends, runs_for
+from calibration.ends import fit as ends
+from calibration.ends import runs_for
 from calibration.ends.runs_for_layout import PAPER
 from calibration.fit import on_loading_branch
 from calibration.truth import TruthError, compare_with_truth, free_states, judgement
@@ -62,7 +63,7 @@ def truth_of(role="fit", **changed) -> xr.Dataset:
     """Runs of an actuator that is an arc between ends."""
     count = len(CURVATURE)
     rod = np.zeros((count, 3))
-    tip, axis = fit_ends.tip_between_ends(1.01 * CURVATURE, PRESSURE, SOFTNESS, BODY, CAP, **PLANTED)
+    tip, axis = ends.tip_between_ends(1.01 * CURVATURE, PRESSURE, SOFTNESS, BODY, CAP, **PLANTED)
     values = {
         "pressure": (("state", "chamber"), PRESSURE),
         "middle_curvature": (("state", "axis"), (1.0 - 10.0 * COMPLIANCE) * CURVATURE),
@@ -91,7 +92,7 @@ def known_cell(monkeypatch):
 
     def bending(chosen, compliance):
         curvature = 1.01 * (1.0 - 10.0 * compliance) * CURVATURE
-        return fit_ends.Bending(curvature, np.full(len(CURVATURE), 1.01), VOLUME, STIFFNESS)
+        return ends.Bending(curvature, np.full(len(CURVATURE), 1.01), VOLUME, STIFFNESS)
 
     monkeypatch.setattr(ends, "cell_bending", bending)
 
@@ -105,7 +106,7 @@ def test_the_arc_between_ends_is_that_of_a_rod():
     free = rod.section.free_curvature(pressure)
     softness = AT_REST * np.linalg.inv(rod.section.stiffness(free, pressure))[None]
     curvature = np.asarray(free)[None]
-    (tip,), (axis,) = fit_ends.tip_between_ends(
+    (tip,), (axis,) = ends.tip_between_ends(
         curvature, np.asarray(pressure)[None], softness, BODY, CAP, **PLANTED
     )
     np.testing.assert_allclose(tip, rod.solve(pressure).tip_position, atol=1e-14)
@@ -115,19 +116,19 @@ def test_the_arc_between_ends_is_that_of_a_rod():
 def test_the_compliance_of_the_ends_is_found(known_cell):
     """In a cell that is linear in it, whatever it is tried with; with noise, within three standard errors."""
     for trial in (0.1e-3, 0.4e-3):
-        found = fit_ends.fit_compliance(truth_of(), BODY, trial)
+        found = ends.fit_compliance(truth_of(), BODY, trial)
         assert found.value == pytest.approx(COMPLIANCE, rel=1e-9)
         assert found.after < 1e-12 < 1e-3 < found.before
     noisy = truth_of()
     noise = np.random.default_rng(2).standard_normal(CURVATURE.shape)
     noisy["middle_curvature"] = noisy["middle_curvature"] + 3e-4 * noise
-    found = fit_ends.fit_compliance(noisy, BODY, 0.3e-3)
+    found = ends.fit_compliance(noisy, BODY, 0.3e-3)
     assert 0.0 < abs(found.value - COMPLIANCE) < 3.0 * found.standard_error < 0.2 * COMPLIANCE
 
 
 def test_the_ends_are_found(known_cell):
     """Planted ones, to the tolerance of the least squares; with noise, within three standard errors."""
-    found = fit_ends.fit_ends(truth_of(), BODY, CAP, 0.0)
+    found = ends.fit_ends(truth_of(), BODY, CAP, 0.0)
     assert found.values == pytest.approx(
         {**PLANTED, "base_stiffness": AT_REST, "held_length": HELD}, rel=1e-6
     )
@@ -136,7 +137,7 @@ def test_the_ends_are_found(known_cell):
     noisy = truth_of()
     noisy["tip_position"] = noisy["tip_position"] + 2e-5 * np.random.default_rng(1).standard_normal((5, 3))
     noisy["volume"] = noisy["volume"] + 2e-9 * np.random.default_rng(4).standard_normal((5, 3))
-    found = fit_ends.fit_ends(noisy, BODY, CAP, 0.0)
+    found = ends.fit_ends(noisy, BODY, CAP, 0.0)
     for name, planted in {**PLANTED, "held_length": HELD}.items():
         assert 0.0 < found.standard_errors[name] < 0.2 * planted
         assert abs(found.values[name] - planted) < 3.0 * found.standard_errors[name]
@@ -154,17 +155,17 @@ def leaning_states(role: str = "fit", noise: float = 0.0) -> xr.Dataset:
 
 
 def test_how_sections_lean_under_a_force_is_found():
-    value, error = fit_ends.fit_shear(leaning_states())
+    value, error = ends.fit_shear(leaning_states())
     assert (value, error) == (pytest.approx(0.3, rel=1e-12), pytest.approx(0.0, abs=1e-12))
-    value, error = fit_ends.fit_shear(leaning_states(noise=3e-4))
+    value, error = ends.fit_shear(leaning_states(noise=3e-4))
     assert 0.0 < abs(value - 0.3) < 3.0 * error < 0.1
-    assert fit_ends.fit_shear(truth_of()) is None
-    assert fit_ends.fit_shear(leaning_states(role="judge")) is None
+    assert ends.fit_shear(truth_of()) is None
+    assert ends.fit_shear(leaning_states(role="judge")) is None
 
 
 def test_judges_never_fit(known_cell):
     with pytest.raises(TruthError, match="no unloaded state of a fit run"):
-        fit_ends.fit_ends(truth_of(role="judge"), BODY, CAP, 0.0)
+        ends.fit_ends(truth_of(role="judge"), BODY, CAP, 0.0)
 
 
 def test_loaded_states_and_those_behind_a_jump_are_told_apart():

@@ -185,7 +185,7 @@ def test_without_pressure_the_rod_is_straight_and_its_derivatives_finite(rod: Ro
     np.testing.assert_allclose(solution.bend, 0.0, atol=1e-14)
     names = ("tip_position", "tip_rotation", "bend", "chamber_volume")
     for derivative in (jax.jacfwd, jax.jacrev):
-        slopes = derivative(lambda p: [getattr(rod.solve(p), name) for name in names])(jnp.zeros(3))
+        slopes = jax.jit(derivative(lambda p: [getattr(rod.solve(p), name) for name in names]))(jnp.zeros(3))
         assert all(np.all(np.isfinite(slope)) for slope in slopes)
 
 
@@ -226,7 +226,7 @@ def test_the_chamber_volume_is_that_of_the_section_along_the_body(rod: Rod, load
 
 def test_where_the_rod_is_straight_only_the_bend_has_a_derivative(rod: Rod) -> None:
     """Angle and plane have none there; elsewhere they are those of the bend, θ = |bend|."""
-    solver = FixedStep()
+    solver = FixedStep(16)
     _, straight = rod.jacobian(np.zeros(3), solver=solver)
     for slope in (straight.pressure, straight.tip_force):
         assert np.all(np.isnan(slope.bending_angle))
@@ -286,7 +286,9 @@ print(json.dumps([s.tip_position.tolist() for s in solutions]))
     np.testing.assert_allclose(bent, loaded.tip_position, atol=1e-4 * 0.066)
 
 
+@pytest.mark.slow
 def test_what_ships_solves() -> None:
+    """Each law is compiled by itself; of the compiled core, `test_layouts_solve` has them all."""
     for calibration in rodmodel.shipped_calibrations():
         layout = calibration.layout
         rod = rodmodel.load(layout.name, 0.77 if layout.psi is None else layout.psi, layout.pitch)

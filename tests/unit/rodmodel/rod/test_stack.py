@@ -76,14 +76,14 @@ def test_rods_are_picked_in_any_order_and_as_often_as_wanted(rods: list[Rod]) ->
     np.testing.assert_allclose(found.tip_position, each.tip_position[which], rtol=0, atol=1e-12)
 
 
-def test_one_bad_row_spoils_no_neighbour(rods: list[Rod]) -> None:
+@pytest.mark.parametrize("loads", [pytest.param({}, id="free"), LOADED])
+def test_one_bad_row_spoils_no_neighbour(rods: list[Rod], loads: dict[str, Any]) -> None:
     stacked = rodmodel.stack(rods[:3])
     pressures = jnp.stack([PRESSURE, PRESSURE.at[0].set(jnp.nan), PRESSURE])
-    solver = FixedStep()
-    found = jax.vmap(lambda rod, p: rod.solve(p, throw=False, solver=solver, **LOADS))(stacked, pressures)
+    found = jax.vmap(lambda rod, p: rod.solve(p, throw=False, **loads))(stacked, pressures)
     np.testing.assert_array_equal(found.converged, [True, False, True])
     assert bool(jnp.isnan(found.tip_position[1]).all())
-    alone = rods[2].solve(PRESSURE, throw=False, solver=solver, **LOADS)
+    alone = rods[2].solve(PRESSURE, throw=False, **loads)
     np.testing.assert_allclose(found.tip_position[2], alone.tip_position, rtol=0, atol=1e-10)
 
 
@@ -131,6 +131,7 @@ def test_what_cannot_be_stacked_is_refused() -> None:
         rodmodel.stack([linear])
 
 
+@pytest.mark.slow
 def test_a_stack_of_shipped_layouts_bends_as_each_does() -> None:
     named = [("double-helix", math.radians(45.0)), ("six-helix", 0.0)]
     rods = [rodmodel.load(layout, psi=psi) for layout, psi in named]

@@ -2,12 +2,13 @@
 
 from collections.abc import Callable
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from jaxtyping import Array
 
-from rodmodel import LinearLaw, MirroredLaw, SectionLaw, TurnedLaw
+from rodmodel import CurvatureLaw, LinearLaw, MirroredLaw, SectionLaw, TurnedLaw
 from tests.unit.rodmodel import synthetic
 
 MIRROR_CURVATURE = np.array([-1.0, 1.0, -1.0])
@@ -89,13 +90,18 @@ def test_the_moment_vanishes_at_the_free_curvature(law: SectionLaw) -> None:
         np.testing.assert_allclose(moment, 0.0, atol=1e-13 * UNIT)
 
 
+def values(at: CurvatureLaw, u: Array) -> tuple[Array, Array, Array]:
+    return at.energy(u), at.moment(u), at.stiffness(u)
+
+
 def test_contracting_the_pressure_first_changes_nothing(law: SectionLaw) -> None:
+    contract, of_curvature = eqx.filter_jit(law.at), eqx.filter_jit(values)
     for u, p in states():
-        at = law.at(p)
-        np.testing.assert_allclose(at.energy(u), law.potential(u, p), rtol=1e-13)
-        for quantity in ("moment", "stiffness"):
-            expected = np.asarray(getattr(law, quantity)(u, p))
-            found = getattr(at, quantity)(u)
+        at = contract(p)
+        energy, moment, stiffness = of_curvature(at, u)
+        np.testing.assert_allclose(energy, law.potential(u, p), rtol=1e-13)
+        for found, method in ((moment, law.moment), (stiffness, law.stiffness)):
+            expected = np.asarray(method(u, p))
             np.testing.assert_allclose(found, expected, atol=1e-13 * np.abs(expected).max())
         np.testing.assert_allclose(at.free_curvature, law.free_curvature(p), atol=1e-10)
 

@@ -14,7 +14,7 @@ PEERS := .venv/.peers
 run: setup ## predict one bend, and draw it
 	$(BIN)/python examples/01_predict.py
 
-# A line a target, from what stands behind its name.
+# One line for each target: the comment behind it.
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
 
@@ -83,11 +83,11 @@ format: setup ## format, and lint that mends itself
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-# Of the rod's own tests: what they leave out is not reached by chance from a test of the finite elements.
+# The rod's own tests only: a line that a test of the finite elements happens to reach is not tested by it.
 coverage: setup ## lines of rodmodel that its fast tests do not run
 	$(PYTEST) --cov --cov-report term-missing:skip-covered --cov-report html tests/unit/rodmodel tests/verification/rodmodel
 
-# Hours for all of them; `make mutants ARGS="section --sample 40"` takes a few.
+# All of them take hours; `make mutants ARGS="ridge-law --sample 40"` takes some of one module.
 mutants: setup ## faults put into the equations, and which of them the tests find
 	$(BIN)/python -m tests.mutation --jobs $(JOBS) $(ARGS)
 

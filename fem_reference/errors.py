@@ -1,9 +1,9 @@
-"""Errors of a solver that does not reach an equilibrium."""
+"""Errors of a solver that finds no equilibrium."""
 
 
 class NewtonError(ArithmeticError):
-    """Newton's method gave up; the message says why."""
+    """Newton's method does not converge; the message says why."""
 
 
 class UnstableError(NewtonError):
-    """The stiffness has more negative eigenvalues than the branch that is followed."""
+    """The stiffness has more negative eigenvalues than on the followed branch."""

@@ -1,27 +1,28 @@
-"""Settings of a whole process that assembles many matrices: programs make them, the library does not."""
+"""Process-wide settings for assembling many matrices; programs make them, the library does not."""
 
 import ctypes
 import os
 
 import jax
 
-# Parameters of glibc's mallopt, and sizes [bytes] beyond those of any array of ours.
+# Parameters of glibc's mallopt.
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3
+# Their values [bytes], larger than any array here.
 _LARGEST_ARRAY, _LARGEST_REST = 1 << 30, (1 << 31) - 1
-# Read by XLA when its threads are made; with one of them no loop is compiled in parts.
+# XLA reads this variable when it starts its threads; with one thread it splits no loop.
 _XLA_THREADS = "NPROC"
 
 
 def keep_memory() -> bool:
-    """Let the C library keep what arrays leave, for programs that assemble many matrices of one size.
+    """Let the C library keep the memory of freed arrays, for programs that assemble many matrices.
 
-    By default glibc gives a large array back to the system as soon as it is freed, and the next one is paged
-    in anew, which can take longer than to fill it: two fifths of the actuator's assembly. This is a setting
-    of the whole process, so programs call it, and the library does not.
+    By default glibc returns a large array to the system as soon as it is freed. The next array causes page
+    faults, which can take longer than filling it: two fifths of the time of the actuator's assembly. The
+    setting is process-wide, so programs call this function and the library does not.
 
     Returns
     -------
-    whether the C library took it; others than glibc are left as they are.
+    accepted : whether the C library has accepted the setting; only glibc does.
     """
     try:
         mallopt = ctypes.CDLL(None).mallopt
@@ -31,13 +32,13 @@ def keep_memory() -> bool:
 
 
 def prepare_process() -> None:
-    """Keep the memory of arrays (`keep_memory`), and run compiled loops in the threads that call them.
+    """Keep the memory of arrays (`keep_memory`), and run compiled loops in the calling threads.
 
-    The elements are worked out in chunks by as many threads as OpenMP has (see `solid`). By default JAX hands
-    each chunk's loops over to threads of its own, which share every one of them out once more. Then all wait
-    for each other, and spin while they do: on two cores an assembly takes a third longer.
+    Elements are computed in chunks by as many threads as OpenMP has (see `solid`). By default JAX splits each
+    chunk's loops once more over its own threads. All threads then spin while they wait for each other: on two
+    cores an assembly takes a third longer.
 
-    Call it before anything is computed: the settings are read when JAX makes its clients, which is done here.
+    Call it before any computation: JAX reads the settings when it creates its clients, which happens here.
     """
     keep_memory()
     before = os.environ.get(_XLA_THREADS)

@@ -1,7 +1,7 @@
 """Cosserat rod of a soft pneumatic actuator, calibrated from 3D finite elements.
 
-Names are imported when they are first asked for: the compiled rod (`load_core`) needs no JAX, which comes
-with the differentiable one (`load`, `Rod`, the section laws).
+A name is imported at its first use: the compiled rod (`load_core`) needs no JAX, the differentiable one
+(`load`, `Rod`, the section laws) does.
 """
 
 from importlib import import_module
@@ -143,7 +143,7 @@ _GONE = ("FreeStateExpansion", "QuarticLaw")
 def __getattr__(name: str) -> Any:
     if name in _HOME:
         value = getattr(import_module(_HOME[name]), name)
-        globals()[name] = value  # found at once from now on
+        globals()[name] = value  # later uses skip this function
         return value
     if name in _GONE:
         raise AttributeError(

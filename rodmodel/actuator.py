@@ -1,4 +1,4 @@
-"""What a rod is made of and where it was calibrated: winding, lengths and masses, largest loads.
+"""Winding, dimensions and masses of an actuator, and the loads inside which its law was calibrated.
 
 Nothing here needs JAX. Numbers are floats, or 0-d arrays of NumPy or JAX where rods are stacked or
 differentiated.
@@ -9,12 +9,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
+# Factor on the limits of the domain: a change of units rounds.
 _SLACK = 1.0 + 1e-6
-# Densest body [kg/m³]: heavier than any metal.
+# Largest density of a body [kg/m³], above that of any metal.
 _DENSEST = 3e4
 _MILLIMETRES = "; is it in millimetres?"
-# What a number in SI may be: least, most, unit, and what one beyond is likely to be. Wide enough for models
-# of unit length, and no statement of what is sensible. Calibration files have ranges of their own.
+# Plausible ranges in SI: least, most, unit, and the likely mistake behind a larger number. They are wide
+# enough for models of unit length and say nothing about what is sensible. Calibration files have their own.
 PLAUSIBLE = {
     "body_length": (1e-4, 10.0, "m", _MILLIMETRES),
     "cap_length": (0.0, 2.0, "m", _MILLIMETRES),
@@ -28,18 +29,19 @@ PLAUSIBLE = {
     "base_turn": (-0.01, 0.01, "rad/Pa", "; is it per kilopascal?"),
     "pitch": (1e-6, 1.0, "m", _MILLIMETRES),
 }
-_SAME = 1e-9  # but for the rounding of a change of units [rad]
+# Largest difference between equal angles [rad]: a change of units rounds.
+_SAME = 1e-9
 
-#: Of one rod; a 0-d array where rods are stacked or differentiated by it.
+#: A float, or a 0-d array where rods are stacked or differentiated by it.
 Number = float | Any
-#: Of three numbers, or an array of them.
+#: A sequence or an array of three numbers.
 Three = Sequence[Number] | Any
 
 
 @final
 @dataclass(frozen=True)
 class Layout:
-    """Winding layout: its name, orientation ψ [rad], None for a law of all, and pitch [m].
+    """Winding layout: its name, orientation ψ [rad] (None for a law of all orientations), and pitch [m].
 
     Raises
     ------
@@ -59,14 +61,14 @@ class Layout:
         """Step of ψ between sections that differ only in how their chambers are numbered [rad].
 
         A turn by 120° renumbers the chambers. The double helix crosses itself every 180°, half a pitch apart,
-        so that a shift by half a pitch makes ψ + 180° of ψ: together, steps of 60°. Six helices are the same
-        at ψ + 60° but for a shift by a sixth of a pitch.
+        so a shift by half a pitch turns ψ into ψ + 180°: together, steps of 60°. Six helices at ψ + 60° are
+        those at ψ, shifted by a sixth of a pitch.
         """
         return math.pi / 3.0 if self.name in ("double-helix", "six-helix") else 2.0 * math.pi / 3.0
 
     @property
     def mirrored_psi(self) -> float | None:
-        """ψ of the mirror image y → −y, from 0 to `symmetry` [rad]; None where it is the section itself."""
+        """ψ of the mirror image y → −y, from 0 to `symmetry` [rad]; None if the section is its own image."""
         if self.psi is None or abs(math.remainder(2.0 * self.psi, self.symmetry)) < _SAME:
             return None
         return -self.psi % self.symmetry
@@ -75,31 +77,30 @@ class Layout:
 @final
 @dataclass(frozen=True)
 class Actuator:
-    """Lengths and masses of an actuator, and what its ends do.
+    """Dimensions and masses of an actuator, and the effects of its ends.
 
     Near base and cap, where the section cannot widen freely, the body bends less.
 
     Attributes
     ----------
-    body_length, cap_length, body_diameter : [m].
-    mass_per_length : of the body [kg/m].
-    cap_mass : [kg].
-    stiff_tip : length before the cap that does not bend at all [m].
-    base_turn : by which the base turns with the pressures [rad/Pa], less by the free turn of a length
-        `base_lag` [m].
-    base_lag : see `base_turn` [m].
-    base_stiffness : bending stiffness of the section for which both hold [N m²]; they are more for a softer
-        one. Zero: the same for all.
-    tip_offset : by up to how much the cap lies beside the arc [m].
-    tip_offset_curvature : curvature at which it is 71 % of that [1/m].
-    held_length : length of both ends together over which the chambers keep their volume [m].
-    shear_compliance : by how much sections lean against the axis for each newton across them [1/N]; zero for
-        a rod that does not shear.
+    body_length, cap_length, body_diameter : dimensions [m].
+    mass_per_length : mass of the body per length [kg/m].
+    cap_mass : mass of the cap [kg].
+    stiff_tip : length before the cap that does not bend [m].
+    base_turn : turn of the base per pressure [rad/Pa], less the free turn over a length `base_lag`.
+    base_lag : length whose free turn is subtracted from that of the base [m].
+    base_stiffness : bending stiffness of the section for which `base_turn` and `base_lag` hold [N m²]; a
+        softer section turns more. Zero: the same turn for all sections.
+    tip_offset : largest distance of the cap from the end of the arc [m].
+    tip_offset_curvature : curvature at which the distance is 71 % of the largest [1/m].
+    held_length : length, both ends together, over which the chambers keep their volume [m].
+    shear_compliance : lean of a section against the axis per transverse force [1/N]; zero for a rod that does
+        not shear.
 
     Raises
     ------
     ValueError
-        For a number that is not finite, or in another unit: see `PLAUSIBLE`.
+        For a number that is not finite, or seems to be in another unit: see `PLAUSIBLE`.
     """
 
     body_length: Number
@@ -117,7 +118,7 @@ class Actuator:
     shear_compliance: Number = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse what is in another unit."""
+        """Refuse numbers that seem to be in another unit."""
         for name in PLAUSIBLE.keys() - {"pitch"}:
             _refuse_implausible(name, getattr(self, name))
         lengths = (self.body_length, self.cap_length, self.body_diameter)
@@ -136,12 +137,12 @@ class Actuator:
 
     @property
     def bending_length(self) -> Number:
-        """Length of the body up to its stiff end [m]."""
+        """Length of the body up to its stiff tip [m]."""
         return self.body_length - self.stiff_tip
 
     @property
     def tip_length(self) -> Number:
-        """From where the body ends to bend to the cap's outer face [m]."""
+        """Length from the stiff tip's start to the cap's outer face [m]."""
         return self.cap_length + self.stiff_tip
 
 
@@ -152,11 +153,11 @@ class Domain:
 
     Attributes
     ----------
-    pressure_max : of each chamber [Pa].
-    pressure_sum_max : of the three chambers together [Pa].
-    moment_max : bending moment on a section [N m].
-    torque_max : torque on a section [N m]; None where it is as large as the bending moment. The moments
-        inside are those of the ellipsoid with these half axes.
+    pressure_max : largest pressure of each chamber [Pa].
+    pressure_sum_max : largest sum of the three pressures [Pa].
+    moment_max : largest bending moment on a section [N m].
+    torque_max : largest torque on a section [N m]; None if it equals `moment_max`. Moments are inside if they
+        lie in the ellipsoid with these half axes.
     """
 
     pressure_max: tuple[Number, Number, Number]
@@ -171,19 +172,19 @@ class Domain:
         return self.moment_max, self.moment_max, torque
 
     def covers_pressure(self, pressure: Three) -> Any:
-        """Whether three pressures [Pa] are inside, the rounding of a change of units left aside."""
+        """Return whether three pressures [Pa] are inside, with a slack for the rounding of units."""
         first, second, third = pressure
         below = [p <= _SLACK * maximum for p, maximum in zip(pressure, self.pressure_max, strict=True)]
         return below[0] & below[1] & below[2] & (first + second + third <= _SLACK * self.pressure_sum_max)
 
     def covers_moment(self, moment: Three) -> Any:
-        """Whether a moment [N m], body frame, is inside."""
+        """Return whether a moment [N m], body frame, is inside."""
         x, y, z = (m / axis for m, axis in zip(moment, self.moment_axes, strict=True))
         return x * x + y * y + z * z <= _SLACK**2
 
 
 def _is_number(value: Number) -> bool:
-    """Whether it is a plain number; arrays of stacked rods are taken as they are."""
+    """Return whether a value is a plain number and not an array of stacked rods."""
     return isinstance(value, float | int)
 
 

@@ -11,7 +11,7 @@ from rodmodel.io import read_calibration as read_calibration
 from rodmodel.io import save_calibration as save_calibration
 
 warnings.warn(
-    "rodmodel.calibration_file leaves in the next release: take its names from rodmodel",
+    "rodmodel.calibration_file leaves in the next release: import its names from rodmodel",
     DeprecationWarning,
     stacklevel=2,
 )

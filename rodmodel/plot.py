@@ -5,7 +5,7 @@ import warnings
 from rodmodel.view import plot_rod as plot_rod
 
 warnings.warn(
-    "rodmodel.plot leaves in the next release: take plot_rod from rodmodel.view",
+    "rodmodel.plot leaves in the next release: import plot_rod from rodmodel.view",
     DeprecationWarning,
     stacklevel=2,
 )

@@ -19,7 +19,7 @@ from hypothesis import settings
 
 jax.config.update("jax_enable_x64", True)
 
-# What one test has compiled, however small, serves all others, in each worker and in the processes that tests start.
+# What one test has compiled, however small, serves all others: in each worker, and in processes of tests.
 _COMPILED = Path(__file__).parents[1] / "build" / "compiled"
 os.environ["JAX_COMPILATION_CACHE_DIR"] = str(_COMPILED)
 os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0"

@@ -1,6 +1,6 @@
 """What the tests cost: CPU seconds by folder and file, with the processes that they start.
 
-`python -m pytest -p tests.cpu_seconds` prints them. They say more than the clock where others use the machine.
+`python -m pytest -p tests.cpu_seconds` prints them. Where others use the machine too, the clock says less.
 """
 
 import resource

@@ -1,4 +1,4 @@
-"""Springs beside each other under loads, as a problem for Newton's method, creep and the path follower."""
+"""Springs beside each other under loads, as a problem for Newton's method, relaxation and continuation."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -7,7 +7,7 @@ import numpy as np
 
 from fem_reference.algebra import SparsePattern
 from fem_reference.algebra.factorisation import PardisoSolver
-from fem_reference.solver import Linearisation, Problem
+from fem_reference.solver import Contact, Linearisation, Problem, Tolerances
 
 
 @dataclass(frozen=True)
@@ -45,16 +45,13 @@ class Diagonal(Problem):
     Their viscous resistance to leaving a place is ``rate`` times a spring of 1 N/mm.
     """
 
-    constraints = 0
-    noise = 0.0
-    nearby = 0.0
-    exact = True
-    stride = np.inf
+    tolerances = Tolerances(reach=0.0, nearby=0.0, noise=0.0, exact=True, stride=np.inf)
+    contact = Contact()
 
     def __init__(self, force: Callable, stiffness: Callable, unknowns: int, reach: float) -> None:
         none = np.empty(0, np.int64)
-        self.pattern = SparsePattern(unknowns, [np.arange(unknowns)[:, None]], (none, none))
-        self.reach = reach
+        self.pattern = SparsePattern(unknowns, {"springs": np.arange(unknowns)[:, None]}, (none, none))
+        self.tolerances = replace(self.tolerances, reach=reach)
         self._force, self._stiffness = force, stiffness
         self.longest_step = 0.0
         self.stiffnesses = 0
@@ -65,8 +62,7 @@ class Diagonal(Problem):
     def linearise(self, at, target, viscous=None, before=None):
         self.stiffnesses += 1
         rate = 0.0 if viscous is None else viscous.rate
-        none = np.empty(0, bool)
-        linear = Linearisation(np.empty(0), self._stiffness(at) + rate, False, pairs=None, slack=none)
+        linear = Linearisation(np.empty(0), self._stiffness(at) + rate, False)
         return self.update_forces(linear, at, target, viscous)
 
     def update_forces(self, linear, at, target, viscous=None):
@@ -78,32 +74,14 @@ class Diagonal(Problem):
     def keeps(self, linear, at):
         return True
 
-    def convexified_contact(self, linear):
-        return linear.data
-
-    def core_curvature_stiffness(self, linear):
-        return np.zeros_like(linear.data)
-
     def viscous(self, at, rate):
         return Resistance(at, rate)
 
     def stiffened(self, data, resistance, linear):
         return data + resistance.rate
 
-    def imbalance(self, linear, target):
-        return 0.0
-
     def newton_step(self, solver, linear, target):
         return Move(solver.solve(-linear.residual[:, None])[:, 0])
-
-    def size(self, step, linear):
-        return float(np.sqrt(np.mean(step.positions**2)))
-
-    def is_small(self, step):
-        return True
-
-    def longest(self, step):
-        return 1.0
 
     def advance(self, at, step, fraction, linear):
         self.longest_step = max(self.longest_step, fraction * self.size(step, linear))
@@ -117,6 +95,11 @@ class Diagonal(Problem):
 
     def may_start(self, at, guess):
         return True
+
+
+def tolerate(problem: Problem, **changed: float | bool) -> None:
+    """Change some of a problem's tolerances."""
+    problem.tolerances = replace(problem.tolerances, **changed)
 
 
 class Counted(PardisoSolver):

@@ -41,7 +41,7 @@ def solve_body(
     number[free] = np.arange(len(free))
     dofs = number[3 * solid.connectivity[:, :, None] + np.arange(3)].reshape(len(solid), -1)
     none = np.empty(0, np.int64)
-    pattern = SparsePattern(len(free), [dofs], (none, none))
+    pattern = SparsePattern(len(free), {"solid": dofs}, (none, none))
     x, pressure = start.copy(), np.zeros((len(solid), solid.modes))
     for _ in range(MAX_ITERATIONS):
         force, stiffness, volume_gradient, constitutive = solid.response(x, pressure)
@@ -49,7 +49,7 @@ def solve_body(
         if np.abs(total.ravel()[free]).max() <= FORCE_TOLERANCE:
             return SolvedBody(x, np.where(held, total, 0.0), solid)
         data = np.zeros(len(pattern))
-        pattern.add_group(data, 0, stiffness)
+        pattern.add_group(data, "solid", stiffness)
         solver.factorise(pattern.matrix(data), pattern.revision)
         move = np.zeros(x.shape)
         move.ravel()[free] = solver.solve(-total.ravel()[free][:, None])[:, 0]

@@ -28,7 +28,7 @@ from fem_reference.geometry import (
     refuse_load_beyond,
 )
 from fem_reference.mesh import MeshLevel, mesh_level
-from fem_reference.solver import Equilibrium, PathError, PathMemory, solve_equilibrium
+from fem_reference.solver import Equilibrium, PathError, PathMemory, SolverOptions, solve_equilibrium
 
 #: Density of silicone [kg/m³].
 DENSITY = 1070.0
@@ -140,6 +140,7 @@ class Actuator:
         halves the unknowns; geometry, winding and loads must have it too. A state that is ``stable`` is so
         among those that keep the plane.
     solver : linear solver; by default MKL PARDISO where it is installed.
+    options : of the nonlinear solvers.
 
     Raises
     ------
@@ -160,6 +161,7 @@ class Actuator:
         cap_wound: bool = False,
         symmetric: bool = False,
         solver: SymmetricSolver | None = None,
+        options: SolverOptions | None = None,
     ) -> None:
         if not (np.isfinite(density) and density > 0.0):
             raise ValueError(f"density: got {density!r}, expected a positive finite number [kg/m³]")
@@ -180,6 +182,7 @@ class Actuator:
         self.equations = ActuatorEquations(self.model)
         self._problem = ActuatorProblem(self.equations)
         self._solver = solver or default_solver(definite=True, elimination=self.equations.elimination)
+        self.options = options or SolverOptions()
 
     @property
     def elements(self) -> int:
@@ -246,11 +249,19 @@ class Actuator:
     def _follower(self, start: ActuatorState | None) -> VolumePathFollower:
         if start is None:
             target = ActuatorLoad().target()
-            here = solve_equilibrium(self._problem, self._solver, target, self.equations.rest())
-            return VolumePathFollower(self._problem, self._solver, here, target, _FIRST_STEP)
+            rest = self.equations.rest()
+            here = solve_equilibrium(self._problem, self._solver, target, rest, options=self.options)
+            return VolumePathFollower(
+                self._problem, self._solver, here, target, _FIRST_STEP, options=self.options
+            )
         here = Equilibrium(start.deformation, None, 0, start.settled.residual, None)
         return VolumePathFollower(
-            self._problem, self._solver, here, start.load.target(), start.settled.memory
+            self._problem,
+            self._solver,
+            here,
+            start.load.target(),
+            start.settled.memory,
+            options=self.options,
         )
 
     def _last(self, error: PathError, follower: VolumePathFollower) -> ActuatorState:
@@ -263,14 +274,16 @@ class Actuator:
     def _settled(
         self, found: Equilibrium, target: ActuatorTarget, iterations: int, follower: VolumePathFollower
     ) -> Settled:
-        linear, excess = found.linear, found.excess_negative
+        excess = found.excess_negative
         if excess is not None and found.negative_eigenvalues_true_contact != 0:
-            # Contact without the rod's roundness may hold what sways around it. Pairs of walls in contact
-            # have negative pivots of their own, as nodes slide off edges.
+            # Without the core's curvature stiffness, contact may hold a wall that is free to sway around the
+            # core. Pairs of walls in contact have negative pivots of their own, as nodes slide off edges.
             linear = self._problem.linearise(found.configuration, target)
             pattern = self.equations.pattern
-            data = self.equations.convexified_contact(linear)
+            data = self._problem.contact.convexified(linear)
             excess = self._solver.factorise(pattern.matrix(data), pattern.revision)
+        else:
+            linear = found.own_linear
         reaction = self.equations.reaction(linear, target)
         return Settled(
             base_force=reaction.sum(axis=0),

@@ -1,24 +1,234 @@
-"""Equilibrium of the full actuator: residual and stiffness in the nodes and the rod's control points.
+"""Equilibrium of the full actuator: energy, residual and stiffness in the nodes and the core's control points.
 
 Total energy (N, mm, MPa), to which a follower load adds a force without one:
 
-    E(x, P, p) = solid + thread + rod's curve + cavity on rod + walls − Σ_k p_k V_k − loads' work.
+    E(x, P, p) = solid + thread + core + cavity on core + walls − Σ_k p_k V_k − loads' work.
+
+Positions of all mesh nodes come first, then the control points P of the core's curve. The base, z = 0, is
+clamped: its nodes, the core's end and the core's direction there. The cap's cavity is bonded to the core.
 """
 
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
-from jaxtyping import Float
+import scipy.sparse as sparse
+from jaxtyping import Bool, Float, Int
 
+from fem_reference.actuator.core import CoreGroup, cavity_on_core
+from fem_reference.actuator.external_load import ExternalLoad
 from fem_reference.actuator.load import ActuatorTarget
-from fem_reference.actuator.model import ActuatorLinearisation, Deformation
-from fem_reference.actuator.parts import ActuatorParts
-from fem_reference.algebra import scatter
-from fem_reference.elements import ViscousSolid
+from fem_reference.actuator.model import ActuatorLinearisation, ActuatorModel, Deformation
+from fem_reference.algebra import DofMap, SlabOrdering, SparsePattern
+from fem_reference.central_rod import ROD_YOUNG_MODULUS, CoreSpline, SplineBasis
+from fem_reference.elements import (
+    Chamber,
+    DisplacementGroup,
+    Entries,
+    ForceGroup,
+    Own,
+    SolidElements,
+    SolidGroup,
+    StiffGroup,
+    ThreadBending,
+    ThreadGroup,
+    ThreadSegments,
+    TipFace,
+    ViscousSolid,
+    assemble,
+    assemble_forces,
+    local_dofs,
+    own_after,
+    pressure_groups,
+    total_energy,
+)
+from fem_reference.mesh import (
+    BOTTOM,
+    CHAMBERS,
+    MILLIMETRE,
+    TOP,
+    BodyMesh,
+    actuator_mesh,
+    mirror_images,
+    mirror_pairs,
+    symmetrised,
+)
+from fem_reference.walls import WallContact
+
+# Length of a span of the core's curve [mm]: a tenth of the bending radius at 180°.
+_SPAN = 2.0
+# Thickness of slabs in elimination as a share of the body's diameter. More or fewer cuts make the factors'
+# operations more, for all windings and mesh levels alike.
+_SLAB = 1.0 / 3.0
+# kg/m³ in tonne/mm³, so that an acceleration in mm/s² gives newtons.
+_DENSITY = 1e-12
+
+Linear = TypeVar("Linear", bound=ActuatorLinearisation)
 
 
-class ActuatorEquations(ActuatorParts):
-    """The energy's gradient and Hessian, and steps in all unknowns; see `ActuatorParts` for the parts."""
+class ActuatorUnknowns:
+    """Components of points that are neither clamped nor tied to a mirror image; see `Unknowns`."""
+
+    def __init__(self, dof_map: DofMap) -> None:
+        self._dof_map = dof_map
+
+    def blocks(
+        self, connectivity: Int[np.ndarray, "elements points"], stiffness: Float[np.ndarray, "elements n n"]
+    ) -> Float[np.ndarray, "elements n n"]:
+        """The local matrices as they are: the pattern has their unknowns' signs."""
+        return stiffness
+
+    def entries(self, matrix: sparse.spmatrix) -> Entries:
+        """See `Unknowns.entries`."""
+        return self._dof_map.entries(matrix)
+
+
+class ActuatorEquations:
+    """Energy of the actuator on one mesh, with its derivatives.
+
+    Parameters
+    ----------
+    model : what the actuator is made of.
+
+    Raises
+    ------
+    ValueError
+        If the body should keep its plane of symmetry, and geometry or winding do not have it.
+    """
+
+    def __init__(self, model: ActuatorModel) -> None:
+        model.winding.refuse_overlap(model.thread)
+        geometry = model.geometry
+        self.mesh = actuator_mesh(geometry, model.level)
+        if model.symmetric:
+            self.mesh = _even(self.mesh)
+        self.nodes = len(self.mesh.points)
+        self.thread = ThreadSegments(
+            self.mesh,
+            model.winding,
+            model.thread,
+            geometry.winding_diameter / 2.0,
+            geometry.body_length + (geometry.cap_length if model.cap_wound else 0.0),
+            model.level.around,
+        )
+        self.chambers = [Chamber(self.mesh, name) for name in CHAMBERS]
+        radius = geometry.cavity_diameter / 2.0 * MILLIMETRE
+        #: Radius at which chambers begin [mm].
+        self.inner_radius = geometry.chamber_inner_radius * MILLIMETRE
+        self.body_length = geometry.body_length * MILLIMETRE
+        length = self.body_length + geometry.cap_length * MILLIMETRE
+        # A node's window of control points needs three spans.
+        self.basis = SplineBasis(length, max(3, round(length / _SPAN)))
+        density = model.density * _DENSITY
+        self.axis = CoreSpline(
+            self.basis, ROD_YOUNG_MODULUS * np.pi * radius**4 / 4.0, density * np.pi * radius**2
+        )
+        self.rest_positions = np.concatenate([self.mesh.points, self.axis.rest()])
+        self._image = self._images() if model.symmetric else None
+        #: With the plane of symmetry, one hexahedron of two mirror images, which counts twice.
+        self.halves = mirror_pairs(self.mesh.points[self.mesh.elements].mean(axis=1), model.symmetric)
+        self.solid = SolidElements(self.mesh, model.material, self.halves)
+        self.walls = WallContact(self.rest_positions, np.concatenate([c.quads for c in self.chambers]))
+        # Not a ring of nodes alone: silicone has no finite stiffness against a force on a line.
+        tip = max(length - 2.0 * radius, self.body_length)
+        above = {"cap": self.body_length, "tip": tip, "all": 0.0}[model.bonded] - 1e-6
+        self.bond, self.contact, self.sliding = cavity_on_core(
+            self.mesh, self.basis, radius, above, model.symmetric
+        )
+        #: Force groups that take no pressures.
+        self.groups = self._groups(model)
+        face = self.mesh.nodes(TOP)
+        self.tip = TipFace(face, self.mesh.nodal_areas(TOP)[face], self.rest_positions)
+        #: Mass that each point stands for [tonne].
+        self.mass = np.concatenate([density * self.solid.nodal_volumes, self.axis.mass])
+        self._dof_map = self._numbered()
+        self.unknowns = ActuatorUnknowns(self._dof_map)
+        #: Number of unknowns.
+        self.size = self._dof_map.size
+        #: See `DofMap`.
+        self.fold = self._dof_map.fold
+        self.load = ExternalLoad(self.mass, self.tip, self.fold)
+        #: Order of elimination for the factors of the stiffness.
+        self.elimination = SlabOrdering(
+            self._dof_map.points, self.rest_positions[:, 2], _SLAB * geometry.body_diameter * MILLIMETRE
+        )
+        self._bending = self._dof_map.entries(self._bending_stiffness())
+        groups = {**self.groups, **pressure_groups(self.chambers, np.zeros(3))}
+        signs = {name: self._dof_map.of(group.connectivity)[1] for name, group in groups.items()}
+        self.pattern = SparsePattern(
+            self.size,
+            local_dofs(groups, lambda connectivity: self._dof_map.of(connectivity)[0]),
+            self._bending[:2],
+            signs if model.symmetric else None,
+        )
+
+    def _groups(self, model: ActuatorModel) -> dict[str, ForceGroup]:
+        groups: dict[str, ForceGroup] = {"solid": SolidGroup(self.solid), "thread": ThreadGroup(self.thread)}
+        if model.thread.bends:
+            bending = ThreadBending(self.thread, self.mesh.points, 1e6 * model.thread.bending_stiffness)
+            groups["thread bending"] = DisplacementGroup(bending, bending.padding)
+        groups["core"] = CoreGroup(self.axis, self.nodes)
+        groups["core bond"] = DisplacementGroup(self.bond)
+        groups["core contact"] = DisplacementGroup(self.contact)
+        return groups
+
+    def _images(self) -> Int[np.ndarray, " points"] | None:
+        """Every point's mirror image; a ValueError if the winding has none."""
+        if mirror_images(self.thread.points(self.rest_positions)) is None:
+            raise ValueError(
+                "symmetric: got a winding without it, expected its own mirror image in the plane y = 0"
+            )
+        return mirror_images(self.rest_positions)
+
+    def _numbered(self) -> DofMap:
+        """Unknowns: components that are neither clamped nor tied to a mirror image."""
+        clamped = np.zeros((len(self.rest_positions), 3), dtype=bool)
+        clamped[self.mesh.nodes(BOTTOM)] = True
+        clamped[self.nodes] = True
+        # The second control point gives the curve its direction at the base.
+        clamped[self.nodes + 1, :2] = True
+        return DofMap.but_for(clamped) if self._image is None else DofMap.mirrored(clamped, self._image)
+
+    @property
+    def clamped(self) -> Bool[np.ndarray, "points 3"]:
+        """Components of points that have no unknown."""
+        return self._dof_map.held
+
+    def _bending_stiffness(self) -> sparse.spmatrix:
+        """The core's bending stiffness over the components of all points."""
+        points = sparse.block_diag([sparse.csr_matrix((self.nodes, self.nodes)), self.axis.bending])
+        return sparse.kron(points, np.eye(3))
+
+    def rest(self) -> Deformation:
+        """The unloaded actuator."""
+        return Deformation(
+            positions=self.rest_positions.copy(),
+            element_pressure=np.zeros((len(self.solid), self.solid.modes)),
+            segment_tension=np.zeros(len(self.thread)),
+            axis_tension=np.zeros(self.basis.spans),
+        )
+
+    def strain_energy(self, at: Deformation) -> float:
+        """Energy of all parts, without pressures and loads [N mm]."""
+        return total_energy(self.groups, self.walls, at.positions)
+
+    def volumes(self, at: Deformation) -> Float[np.ndarray, "3"]:
+        """Volume of each chamber [mm³]."""
+        return np.array([chamber.volume(at.positions) for chamber in self.chambers])
+
+    def symmetrised(self, vectors: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, "points 3"]:
+        """Vectors at points made their own mirror images if the body keeps its plane of symmetry.
+
+        Steps move a point and its image alike, so that a difference between them would stay.
+        """
+        return vectors if self._image is None else symmetrised(vectors, self._image)
+
+    def _loaded(self, target: ActuatorTarget, viscous: ViscousSolid | None) -> dict[str, ForceGroup]:
+        """All force groups, with the target's pressures and a viscous resistance."""
+        groups = {**self.groups, **pressure_groups(self.chambers, target.pressure)}
+        if viscous is not None:
+            groups["solid"] = SolidGroup(self.solid, viscous)
+        return groups
 
     def linearise(
         self,
@@ -32,131 +242,57 @@ class ActuatorEquations(ActuatorParts):
 
         Parameters
         ----------
-        at : unknowns; target : pressures and loads.
-        exact : take the stiff parts' forces from the deformation, so that the matrix is the Hessian of the
-            energy even away from equilibrium.
+        at : unknowns.
+        target : pressures and loads.
+        exact : take the own forces of solid, thread and core from the positions, so that the matrix is the
+            Hessian of the energy even away from equilibrium.
         viscous : resistance in a step in time.
-        before : where the last step was taken; see `Problem.linearise`.
+        before : where the last step began; see `Equations.linearise`.
         """
         x = at.positions
-        controls = x[self.nodes :]
-        solid = self.solid.response(x, None if exact else at.element_pressure)
-        if viscous is not None:
-            solid[0][:] += viscous.force(x)
-            solid[1][:] += viscous.matrices
-        thread = self.thread.response(x, None if exact else at.segment_tension)
-        axis = self.axis.response(controls, self.axis.tension(controls) if exact else at.axis_tension)
-        walls = self.walls.iterate(x, None if before is None else before.pairs)
-        parts = [solid[:2], thread[:2], *(joints.response(x) for joints in self.joints)]
-        for p, chamber in zip(target.pressure, self.chambers, strict=True):
-            parts += [(-p * patch.gradient(x), -p * patch.hessian(x)) for patch in chamber.patches]
-        parts += [axis[:2], self.bond.response(x), self.contact.response(x)]
-
-        force = np.zeros_like(x)
-        force[self.nodes :] = self.axis.bending @ controls
-        if walls is not None:
-            force += walls[0]
-            entries = self._unknowns.entries
-            wall_entries = entries(walls[1])
-            self.pattern.cover(*wall_entries[:2], lambda: entries(self.walls.neighbours(x))[:2])
-        data = np.zeros(len(self.pattern))
-        if walls is not None:
-            self.pattern.add_entries(data, *wall_entries)
-        for group, (points, (local_force, local_stiffness)) in enumerate(
-            zip(self._connectivities(), parts, strict=True)
-        ):
-            force += scatter(points, local_force, len(x))
-            self.pattern.add_group(data, group, local_stiffness)
-        self.pattern.add_entries(data, *self._bending)
-
-        load, columns, rows = self._load(x, target)
+        own: dict[str, Own] = {} if exact else at.own
+        pairs = None if before is None else before.pairs
+        groups = self._loaded(target, viscous)
+        found = assemble(groups, self.walls, x, own, self.pattern, self.unknowns, pairs)
+        self.pattern.add_entries(found.data, *self._bending)
+        found.force[self.nodes :] += self.axis.bending @ x[self.nodes :]
+        load = self.load.response(x, target)
         return ActuatorLinearisation(
-            residual=self.fold @ (force - load).ravel(),
-            data=data,
-            walls_touch=walls is not None,
-            pairs=None if walls is None else walls[2],
+            residual=self.fold @ (found.force - load.force).ravel(),
+            data=found.data,
+            walls_touch=found.pairs is not None,
+            pairs=found.pairs,
             slack=self.thread.slack(at.segment_tension),
             positions=x,
-            force=force,
-            load_columns=columns,
-            load_rows=rows,
-            volume_gradient=solid[2],
-            constitutive=solid[3],
-            length_gradient=thread[2],
-            extension_gradient=axis[2],
+            force=found.force,
+            load_columns=load.columns,
+            load_rows=load.rows,
+            laws=found.laws,
+            gradients=found.gradients,
         )
 
     def update_forces(
-        self,
-        linear: ActuatorLinearisation,
-        at: Deformation,
-        target: ActuatorTarget,
-        viscous: ViscousSolid | None = None,
-    ) -> ActuatorLinearisation:
-        """The residual taken anew, with the stiffness of ``linear``; see `linearise`."""
+        self, linear: Linear, at: Deformation, target: ActuatorTarget, viscous: ViscousSolid | None = None
+    ) -> Linear:
+        """The residual at ``at``, with the stiffness of ``linear``; see `linearise`."""
         x = at.positions
-        controls = x[self.nodes :]
-        walls = self.walls.force(x)
-        solid, constitutive = self.solid.force(x)
-        parts = [
-            solid if viscous is None else solid + viscous.force(x),
-            self.thread.force(x, at.segment_tension),
-        ]
-        parts += [joints.force(x) for joints in self.joints]
-        for p, chamber in zip(target.pressure, self.chambers, strict=True):
-            parts += [-p * patch.gradient(x) for patch in chamber.patches]
-        parts += [self.axis.force(controls), self.bond.force(x), self.contact.force(x)]
-        force = np.zeros_like(x) if walls is None else walls
-        force[self.nodes :] += self.axis.bending @ controls
-        for points, local in zip(self._connectivities(), parts, strict=True):
-            force += scatter(points, local, len(x))
-        load, *_ = self._load(x, target)
+        force, laws, walls_touch = assemble_forces(self._loaded(target, viscous), self.walls, x, at.own)
+        force[self.nodes :] += self.axis.bending @ x[self.nodes :]
         return replace(
             linear,
-            residual=self.fold @ (force - load).ravel(),
-            walls_touch=walls is not None,
+            residual=self.fold @ (force - self.load.response(x, target).force).ravel(),
+            walls_touch=walls_touch,
             positions=x,
             force=force,
-            constitutive=constitutive,
+            laws=laws,
         )
 
     def reaction(
         self, linear: ActuatorLinearisation, target: ActuatorTarget
     ) -> Float[np.ndarray, "points 3"]:
-        """Force of the clamp on every point [N]; zero where nothing is clamped."""
-        load, *_ = self._load(linear.positions, target)
+        """Force of the clamp on every point [N]; zero at points that are not clamped."""
+        load = self.load.response(linear.positions, target).force
         return np.where(self.clamped, self.symmetrised(linear.force - load), 0.0)
-
-    def convexified_contact(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
-        """See `Problem.convexified_contact`."""
-        x, data = linear.positions, linear.data.copy()
-        concave = self.walls.concave_part(x)
-        if concave is not None:
-            self.pattern.add_entries(data, *self._unknowns.entries(-concave))
-        return data
-
-    def core_curvature_stiffness(self, linear: ActuatorLinearisation) -> Float[np.ndarray, " nonzeros"]:
-        """See `Problem.core_curvature_stiffness`."""
-        data = np.zeros(len(self.pattern))
-        concave = self.contact.concave_part(linear.positions)
-        self.pattern.add_group(data, len(self._connectivities()) - 1, concave)
-        return data
-
-    def _load(
-        self, x: Float[np.ndarray, "points 3"], target: ActuatorTarget
-    ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray | None]:
-        """Weight and tip load at every point [N], and the tip load's own stiffness."""
-        load = self.mass[:, None] * target.gravity
-        if not (target.tip_force.any() or target.tip_moment.any()):
-            return load, None, None
-        frame = self.tip.frame(x)
-        turn = frame.rotation if target.follower else np.eye(3)
-        resultant = (turn @ target.tip_force, turn @ target.tip_moment)
-        load[self.tip.nodes] += self.tip.forces(frame, *resultant)
-        columns, rows = np.zeros((*x.shape, 3)), np.zeros((3, *x.shape))
-        columns[self.tip.nodes] = self.tip.stiffness_columns(frame, *resultant, target.follower)
-        rows[:, self.tip.nodes] = self.tip.rotation_rows(frame)
-        return load, self.fold @ columns.reshape(-1, 3), (self.fold @ rows.reshape(3, -1).T).T
 
     def advance(
         self,
@@ -165,20 +301,21 @@ class ActuatorEquations(ActuatorParts):
         fraction: float,
         linear: ActuatorLinearisation,
     ) -> Deformation:
-        """Take a fraction of a Newton step, with the condensed forces of the stiff parts."""
-        x, thread, axis = linear.positions, self.thread, self.axis
-        stretch = _contract(linear.length_gradient, step[thread.connectivity])
-        extension = _contract(linear.extension_gradient, step[self.nodes + axis.connectivity])
-        pressure = self.solid.pressure_after(linear.constitutive, linear.volume_gradient, step)
-        tension = thread.tension_after(x, at.segment_tension, stretch)
-        axial = axis.tension(x[self.nodes :]) + axis.axial_stiffness / self.basis.span * extension
-        return Deformation(
-            positions=at.positions + fraction * step,
-            element_pressure=at.element_pressure + fraction * (pressure - at.element_pressure),
-            segment_tension=at.segment_tension + fraction * (tension - at.segment_tension),
-            axis_tension=at.axis_tension + fraction * (axial - at.axis_tension),
+        """The deformation after a fraction of a Newton step, with the own forces of solid, thread and core."""
+        stiff: dict[str, StiffGroup] = {
+            "solid": SolidGroup(self.solid),
+            "thread": ThreadGroup(self.thread),
+            "core": CoreGroup(self.axis, self.nodes),
+        }
+        own = own_after(stiff, at.own, linear.laws, linear.gradients, linear.positions, step, fraction)
+        return Deformation(at.positions + fraction * step, own["solid"], own["thread"], own["core"])
+
+
+def _even(mesh: BodyMesh) -> BodyMesh:
+    """The mesh as its own mirror image to round-off, so that half of it stands for all of it."""
+    image = mirror_images(mesh.points)
+    if image is None:
+        raise ValueError(
+            "symmetric: got a geometry without it, expected its own mirror image in the plane y = 0"
         )
-
-
-def _contract(gradient: np.ndarray, local: np.ndarray) -> np.ndarray:
-    return np.einsum("ba,ba->b", gradient, local.reshape(len(gradient), gradient.shape[1]))
+    return replace(mesh, points=symmetrised(mesh.points, image))

@@ -1,14 +1,17 @@
-"""What the full actuator is made of, its unknowns, and what its equations say of them (N, mm, MPa)."""
+"""Model of the full actuator: what it is made of, its unknowns, and their linearisation (N, mm, MPa)."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Protocol, TypeVar, runtime_checkable
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
-from fem_reference.elements import Ogden
+from fem_reference.elements import Ogden, Own
 from fem_reference.geometry import ActuatorGeometry, Thread, Winding
 from fem_reference.mesh import MeshLevel
 from fem_reference.solver import Linearisation
+from fem_reference.walls import WallPairs
 
 
 @dataclass(frozen=True)
@@ -17,9 +20,9 @@ class Deformation:
 
     Parameters
     ----------
-    positions : of the mesh's nodes, then of the rod's control points [mm].
-    element_pressure, segment_tension, axis_tension : forces of the stiff parts [MPa, N, N], independent while
-        Newton's method iterates.
+    positions : of the mesh's nodes, then of the core's control points [mm].
+    element_pressure, segment_tension, axis_tension : own forces of solid, thread and core [MPa, N, N], unknowns
+        while Newton's method iterates.
     """
 
     positions: Float[np.ndarray, "points 3"]
@@ -27,28 +30,65 @@ class Deformation:
     segment_tension: Float[np.ndarray, " segments"]
     axis_tension: Float[np.ndarray, " spans"]
 
+    @property
+    def own(self) -> dict[str, Own]:
+        """Own forces by their group's name."""
+        return {"solid": self.element_pressure, "thread": self.segment_tension, "core": self.axis_tension}
+
+    @property
+    def deformation(self) -> "Deformation":
+        """See `BodyState.deformation`."""
+        return self
+
+    def with_deformation(self, deformation: "Deformation") -> "Deformation":
+        """See `BodyState.with_deformation`."""
+        return deformation
+
+
+_Body = TypeVar("_Body", bound="BodyState")
+
+
+@runtime_checkable
+class BodyState(Protocol):
+    """State of the actuator: a deformation, and what else a problem takes for an unknown."""
+
+    @property
+    def deformation(self) -> Deformation:
+        """Positions and own forces."""
+        ...
+
+    def with_deformation(self: _Body, deformation: Deformation) -> _Body:
+        """This state with another deformation."""
+        ...
+
+
+def with_positions(state: _Body, positions: Float[np.ndarray, "points 3"]) -> _Body:
+    """The state with other positions."""
+    return state.with_deformation(replace(state.deformation, positions=positions))
+
 
 @dataclass(frozen=True)
 class ActuatorLinearisation(Linearisation):
-    """Residual and stiffness, and what the update of the stiff parts' forces needs.
+    """Residual and stiffness, and what the update of own forces needs.
 
     Parameters
     ----------
-    positions : where [mm].
+    pairs : of walls in contact; None where there are none.
+    slack : thread segments that the stiffness takes for slack.
+    positions : of all points [mm].
     force : internal forces less the pressures', at every point, clamped ones too [N].
-    load_columns, load_rows : the tip load's stiffness is their product, to be taken off; None without one.
-    volume_gradient, length_gradient, extension_gradient : of elements, thread segments and the rod's spans.
-    constitutive : κ ϑ_j of the elements [MPa].
+    load_columns, load_rows : the tip load's stiffness is their product, to subtract; None without a tip load.
+    laws, gradients : by the group's name, what its own forces' update needs (see `Response`).
     """
 
+    pairs: WallPairs | None
+    slack: Bool[np.ndarray, " segments"]
     positions: Float[np.ndarray, "points 3"]
     force: Float[np.ndarray, "points 3"]
     load_columns: Float[np.ndarray, "q 3"] | None
     load_rows: Float[np.ndarray, "3 q"] | None
-    volume_gradient: Float[np.ndarray, "elements modes dofs"]
-    constitutive: Float[np.ndarray, "elements modes"]
-    length_gradient: Float[np.ndarray, "segments _"]
-    extension_gradient: Float[np.ndarray, "spans 12"]
+    laws: Mapping[str, Own]
+    gradients: Mapping[str, Own]
 
 
 @dataclass(frozen=True)
@@ -57,13 +97,13 @@ class ActuatorModel:
 
     Parameters
     ----------
-    geometry, material, winding, thread : see there.
+    geometry, material, winding, thread : of the actuator.
     level : mesh density.
-    density : of silicone and rod [kg/m³].
-    bonded : where the cavity is bonded to the rod: ``cap`` (its whole length), ``tip`` (its end, over the
-        rod's diameter) or ``all``.
-    cap_wound : whether the thread goes on over the cap.
-    symmetric : whether the plane of symmetry y = 0 is kept.
+    density : of silicone and core [kg/m³].
+    bonded : where the cavity is bonded to the core: ``cap`` (the cap's whole length), ``tip`` (the cap's end,
+        over the core's diameter) or ``all`` along.
+    cap_wound : whether the thread continues over the cap.
+    symmetric : whether the body keeps its plane of symmetry y = 0.
     """
 
     geometry: ActuatorGeometry

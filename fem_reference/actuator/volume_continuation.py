@@ -65,7 +65,6 @@ class VolumePathFollower(PathFollower):
                 plain = replace(
                     found,
                     configuration=found.configuration.deformation,
-                    linear=None if found.linear is None else found.linear.actuator,
                 )
                 self._arrive(plain, target, here, gone)
                 here, failed = found.configuration, []

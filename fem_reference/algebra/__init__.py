@@ -1,4 +1,4 @@
-"""Sparse pattern, degrees of freedom, factorisation and elimination order."""
+"""Sparsity pattern, degrees of freedom, factorisation and elimination order."""
 
 from fem_reference.algebra.dof_map import DofMap as DofMap
 from fem_reference.algebra.factorisation import SingularMatrixError as SingularMatrixError

@@ -1,23 +1,23 @@
-"""Which unknowns move which components of points: each its own, unless it is held or tied to an image.
+"""Map from the components of points to unknowns, with held components and mirror images.
 
-Components are counted three to a point; signs say how they go with the unknowns that they are numbered by.
+Components are numbered three per point. A sign (±1) relates each component to its unknown.
 """
 
 import numpy as np
 import scipy.sparse as sparse
 from jaxtyping import Bool, Float, Int
 
-# A vector's image in the plane y = 0.
+# Mirror image of a vector in the plane y = 0.
 _MIRROR = np.array([1.0, -1.0, 1.0])
 
 
 class DofMap:
-    """Numbers of unknowns for the components of all points.
+    """Unknown of each component of all points.
 
     Parameters
     ----------
-    number : of each component's unknown, −1 where it is held.
-    sign : by which it goes with it.
+    number : unknown of each component, −1 where it is held.
+    sign : sign (±1) with which the unknown enters the component.
     """
 
     def __init__(self, number: Int[np.ndarray, " dofs"], sign: Float[np.ndarray, " dofs"]) -> None:
@@ -25,41 +25,41 @@ class DofMap:
         #: Number of unknowns.
         self.size = int(number.max()) + 1
         free = np.flatnonzero(number >= 0)
-        #: Sums components of all points to the unknowns that they go with; transposed, it moves the points.
+        #: Sums components of all points to unknowns; the transpose expands unknowns to components.
         self.fold = sparse.csr_matrix((sign[free], (number[free], free)), shape=(self.size, number.size))
 
     @classmethod
     def but_for(cls, held: Bool[np.ndarray, "points 3"]) -> "DofMap":
-        """Every component is an unknown but for those that are held."""
+        """Map every component to its own unknown, except the held ones."""
         free = ~held.ravel()
         return cls(np.where(free, np.cumsum(free) - 1, -1), np.ones(free.size))
 
     @classmethod
     def mirrored(cls, held: Bool[np.ndarray, "points 3"], image: Int[np.ndarray, " points"]) -> "DofMap":
-        """The same where points are tied to their mirror images; see `_mirrored_numbers`."""
+        """Map points and their mirror images to the same unknowns; see `_mirrored_numbers`."""
         return cls(*_mirrored_numbers(held, image))
 
     @property
     def held(self) -> Bool[np.ndarray, "points 3"]:
-        """Which components of which points have no unknown."""
+        """Components without an unknown."""
         return (self._number < 0).reshape(-1, 3)
 
     @property
     def points(self) -> Int[np.ndarray, " size"]:
-        """Point that each unknown moves, the first of two images."""
+        """Point that each unknown moves; the first of two images."""
         _, first = np.unique(self._number[self._number >= 0], return_index=True)
         return np.flatnonzero(self._number >= 0)[first] // 3
 
     def of(
         self, connectivity: Int[np.ndarray, "blocks points"]
     ) -> tuple[Int[np.ndarray, "blocks dofs"], Float[np.ndarray, "blocks dofs"]]:
-        """Unknown and sign of all components of each block's points."""
+        """Return unknown and sign of all components of each block's points."""
         blocks, points = connectivity.shape
         components = (3 * connectivity[:, :, None] + np.arange(3)).reshape(blocks, 3 * points)
         return self._number[components], self._sign[components]
 
     def entries(self, matrix: sparse.spmatrix) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Rows, columns and values of the upper triangle, over unknowns, of a matrix over components."""
+        """Return a matrix over components as the upper triangle over unknowns: rows, columns and values."""
         full = matrix.tocoo()
         rows, columns = self._number[full.row], self._number[full.col]
         keep = (rows >= 0) & (rows <= columns)
@@ -70,10 +70,10 @@ class DofMap:
 def _mirrored_numbers(
     held: Bool[np.ndarray, "points 3"], image: Int[np.ndarray, " points"]
 ) -> tuple[Int[np.ndarray, " dofs"], Float[np.ndarray, " dofs"]]:
-    """Number of each degree of freedom and its sign; −1 where it is held, as by the plane.
+    """Return the unknown of each component, −1 where it is held, and its sign.
 
-    A point and its image have the same numbers; of two, the one that comes first moves as they say, and the
-    other as its mirror image.
+    A point and its image share unknowns: the first of the two moves by them, the other by their mirror image.
+    A point in the plane is held across it.
     """
     own = np.arange(len(image))
     free = ~held

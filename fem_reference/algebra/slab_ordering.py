@@ -1,10 +1,10 @@
-"""In which order the unknowns of a slender body are eliminated: slabs first, then the cuts between them.
+"""Elimination order for a slender body: slabs first, then the separators between them.
 
-Nested dissection halves a body again and again, and a cut has the factors of up to two others beside its own.
-Where all cuts are small and alike, as across a slender body, they are eliminated one after another from both
-ends to the middle, each next to one other only: that takes a third of the operations of such cuts, and the
-work grows with the length. Slabs between cuts are left to nested dissection (George, Liu 1981, Computer
-Solution of Large Sparse Positive Definite Systems, §8).
+Nested dissection halves a body recursively, and each separator fills in with up to two others. Across a
+slender body all separators are small and similar: they are eliminated here one after another from both ends
+to the middle, so that each fills in with only one other. This takes a third of the operations for the
+separators, and the work grows linearly with the length. Slabs are ordered by nested dissection (George, Liu
+1981, Computer Solution of Large Sparse Positive Definite Systems, §8).
 """
 
 import numpy as np
@@ -16,13 +16,13 @@ from fem_reference.algebra.factorisation import nested_dissection_order
 
 
 class SlabOrdering:
-    """Elimination of a slender body along z.
+    """Elimination order of a slender body along z.
 
     Parameters
     ----------
-    points : that each unknown belongs to; a point's unknowns are eliminated together.
+    points : point of each unknown; a point's unknowns are eliminated together.
     heights : z of every point.
-    thickness : of a slab, about.
+    thickness : approximate thickness of a slab, in the unit of ``heights``.
     """
 
     def __init__(
@@ -44,8 +44,8 @@ class SlabOrdering:
         self._cuts = np.concatenate([cuts[:half], cuts[:half:-1], cuts[half : half + 1]])
 
     def __call__(self, upper: sparse.csr_matrix) -> Int[np.ndarray, " unknowns"]:
-        """Unknowns in the order in which they are eliminated."""
-        # Couplings, not their values: sums of those may vanish.
+        """Return the unknowns in the order in which they are eliminated."""
+        # Ones in place of the values, whose sums may vanish.
         ones = np.ones(upper.nnz, dtype=np.float32)
         pattern = sparse.csr_matrix((ones, upper.indices, upper.indptr), shape=upper.shape)
         coupled = self._sum @ pattern @ self._sum.T
@@ -61,10 +61,10 @@ class SlabOrdering:
         return np.argsort(rank[self._point], kind="stable")
 
     def _cut_of(self, coupled: sparse.csr_matrix) -> Int[np.ndarray, " points"]:
-        """Number of the cut that each point belongs to, −1 for those within slabs.
+        """Return the number of each point's cut, −1 within slabs.
 
-        The points of a cut are the fewest that part what is below from what is above, but for later cuts. One
-        of an earlier cut that reaches over a later one moves there, so that no cut borders on two others.
+        A cut is a smallest set of points that separates the points below it from those above. A point of an
+        earlier cut that reaches over a later one moves there, so that no cut borders on two others.
         """
         cut = np.full(len(self._height), -1)
         for number, height in enumerate(self._cuts):
@@ -81,9 +81,10 @@ class SlabOrdering:
 
 
 def _cover(edges: sparse.csr_matrix) -> tuple[Bool[np.ndarray, " rows"], Bool[np.ndarray, " columns"]]:
-    """The fewest rows and columns that touch all edges: the least cut of a flow through rows, then columns.
+    """Return a minimum vertex cover of bipartite edges between rows and columns, by a minimum cut.
 
-    Each lets one unit through, edges any number (Kőnig 1931, as a flow: Ford, Fulkerson 1962, §II.8).
+    In the network each row and column has capacity one, and edges have any (Kőnig 1931; as a flow: Ford,
+    Fulkerson 1962, §II.8).
     """
     rows, columns = edges.shape
     source, sink = rows + columns, rows + columns + 1

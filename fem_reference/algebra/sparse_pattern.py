@@ -1,7 +1,7 @@
 """Assembly of batched local matrices into a symmetric sparse matrix with a cached pattern."""
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import scipy.sparse as sparse
@@ -16,24 +16,26 @@ class SparsePattern:
     Parameters
     ----------
     size : number of unknowns.
-    groups : degrees of freedom of each group's local matrices, (blocks, local size); −1 for those held or
-        without a part in it.
+    groups : by the group's name, the unknowns of its local matrices, (blocks, local size); −1 where a
+        component is clamped or has no weight.
     entries : rows and columns of further entries.
-    signs : by which each group's degrees of freedom go with the unknowns that they are numbered by.
+    signs : by the group's name, ±1 for each component: the sign with which its unknown moves it. All are +1
+        by default.
     """
 
     def __init__(
         self,
         size: int,
-        groups: list[Int[np.ndarray, "_ _"]],
+        groups: Mapping[str, Int[np.ndarray, "_ _"]],
         entries: tuple[Int[np.ndarray, " n"], Int[np.ndarray, " n"]],
-        signs: list[Float[np.ndarray, "_ _"]] | None = None,
+        signs: Mapping[str, Float[np.ndarray, "_ _"]] | None = None,
     ) -> None:
         self.size = size
-        #: Names this pattern among all, so that a solver knows when to analyse anew.
+        #: Number of this pattern, unique among all: a solver analyses the matrix anew when it changes.
         self.revision = next(_REVISIONS)
+        self._index = {name: index for index, name in enumerate(groups)}
         local_keys, chosen_of, sizes, weights = [], [], [], []
-        for k, dofs in enumerate(groups):
+        for name, dofs in groups.items():
             local = dofs.shape[1]
             rows = np.repeat(dofs, local, axis=1).ravel()
             columns = np.tile(dofs, (1, local)).ravel()
@@ -42,15 +44,15 @@ class SparsePattern:
             sizes.append(rows.size)
             weight = np.ones(len(chosen))
             if signs is not None:
-                weight = (signs[k][:, :, None] * signs[k][:, None, :]).ravel()[chosen]
+                weight = (signs[name][:, :, None] * signs[name][:, None, :]).ravel()[chosen]
             weights.append(weight)
             local_keys.append(rows[chosen] * np.int64(size) + columns[chosen])
         rows, columns = entries
         diagonal = np.arange(size, dtype=np.int64) * (size + 1)
         fixed = np.minimum(rows, columns) * np.int64(size) + np.maximum(rows, columns)
         keys = _distinct(np.concatenate([*local_keys, fixed, diagonal]))
-        # Of each group: its places in the data, and the sums of local entries that go there, by columns: so
-        # entries are read in the order in which they lie in memory.
+        # Each group has its places in the data, and a matrix that sums its local entries there. It is stored
+        # by columns, so that entries are read in the order in which they lie in memory.
         merged = [np.unique(np.searchsorted(keys, k), return_inverse=True) for k in local_keys]
         own_places = [places for places, _ in merged]
         self._own_sums = [
@@ -62,8 +64,8 @@ class SparsePattern:
 
     def _set(self, keys: Int[np.ndarray, " nonzeros"], places: list[Int[np.ndarray, " _"]]) -> None:
         self._keys, self._places = keys, places
-        # A group that fills most of the matrix is summed up in all of it: that costs half as much as sums of
-        # its own, which then have to be sent to their places.
+        # A group that fills most of the matrix is summed over all of it. That costs half as much as sums over
+        # its own places, which are then added to the data by index.
         self._sums = [
             sparse.csc_matrix((s.data, to[s.indices], s.indptr), shape=(len(keys), s.shape[1]))
             if 2 * len(to) > len(keys)
@@ -76,7 +78,7 @@ class SparsePattern:
 
     @property
     def diagonal(self) -> Int[np.ndarray, " size"]:
-        """Where the diagonal's entries stand in the matrix's data."""
+        """Places of the diagonal's entries in the matrix's data."""
         return self.indptr[:-1]
 
     def __len__(self) -> int:
@@ -86,15 +88,16 @@ class SparsePattern:
         self,
         rows: Int[np.ndarray, " n"],
         columns: Int[np.ndarray, " n"],
-        ahead: Callable[[], tuple[Int[np.ndarray, " m"], Int[np.ndarray, " m"]]],
+        likely: Callable[[], tuple[Int[np.ndarray, " m"], Int[np.ndarray, " m"]]],
     ) -> None:
-        """Have these entries: where some are lacking, with those that may soon be needed, and no others.
+        """Replace the pattern's further entries by these, if some of them are missing.
 
-        Each new pattern has the matrix analysed anew; what is not needed any more would fill its factors.
+        The new pattern also has the ``likely`` entries, which the next steps may need: after each change the
+        solver analyses the matrix anew. Entries that are no longer needed go, as they would fill the factors.
         """
         if self._missing(rows, columns).size:
             self._set(*self._own)
-            more_rows, more_columns = ahead()
+            more_rows, more_columns = likely()
             self.extend(np.concatenate([rows, more_rows]), np.concatenate([columns, more_columns]))
 
     def _missing(
@@ -105,7 +108,7 @@ class SparsePattern:
         return wanted[self._keys[at] != wanted]
 
     def extend(self, rows: Int[np.ndarray, " n"], columns: Int[np.ndarray, " n"]) -> None:
-        """Add the entries of the upper triangle that the pattern lacks; a change gives a new ``revision``."""
+        """Add missing entries of the upper triangle; a change gives a new ``revision``."""
         missing = np.unique(self._missing(rows, columns))
         if missing.size:
             before = np.searchsorted(self._keys, missing)
@@ -114,11 +117,12 @@ class SparsePattern:
             self.revision = next(_REVISIONS)
 
     def add_group(
-        self, data: Float[np.ndarray, " nonzeros"], group: int, local: Float[np.ndarray, "blocks n n"]
+        self, data: Float[np.ndarray, " nonzeros"], name: str, local: Float[np.ndarray, "blocks n n"]
     ) -> None:
-        """Add a group's local matrices to the matrix's data."""
-        sums = self._sums[group]
-        places = slice(None) if sums.shape[0] == len(data) else self._places[group]
+        """Add the named group's local matrices to the matrix's data."""
+        index = self._index[name]
+        sums = self._sums[index]
+        places = slice(None) if sums.shape[0] == len(data) else self._places[index]
         data[places] += sums @ local.reshape(-1)
 
     def add_entries(

@@ -1,7 +1,5 @@
 """The period cell: helical periodicity, equations, condensation."""
 
-from fem_reference.cell.equations import SOLID as SOLID
-from fem_reference.cell.equations import THREAD as THREAD
 from fem_reference.cell.period_cell import CellError as CellError
 from fem_reference.cell.period_cell import CellState as CellState
 from fem_reference.cell.period_cell import Load as Load

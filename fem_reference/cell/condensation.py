@@ -15,6 +15,7 @@ from jaxtyping import Float
 
 from fem_reference.algebra import SymmetricSolver
 from fem_reference.cell.equations import CellEquations
+from fem_reference.cell.state import CellLinearisation, Configuration
 from fem_reference.solver import Equilibrium
 
 _STRETCH = 3
@@ -28,9 +29,13 @@ class SectionDerivatives:
     hessian: Float[np.ndarray, "6 6"]
 
 
-def condense(equations: CellEquations, solver: SymmetricSolver, at: Equilibrium) -> SectionDerivatives:
+def condense(
+    equations: CellEquations,
+    solver: SymmetricSolver,
+    at: Equilibrium[Configuration, CellLinearisation],
+) -> SectionDerivatives:
     """Condense the nodes out of the Hessian; ``solver`` holds the factors at ``at``."""
-    linear = at.linear
+    linear = at.own_linear
     coupling = np.concatenate([linear.node_strain, linear.node_pressure], axis=1)
     direct = np.zeros((7, 7))
     direct[:4, :4] = linear.strain_strain

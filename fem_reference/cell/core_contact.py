@@ -1,9 +1,8 @@
-"""Frictionless unilateral contact between the cavity's wall and the central rod.
+"""Frictionless unilateral contact between the cavity's wall and the core, the central rod.
 
-The rod is a tube of constant curvature around the axis c(s; y), the translation of exp(s·(λ e3, u)) with the
-strain y = (u, λ). A node's gap is its distance to the axis less the rod's radius; it depends on the node and
-on y. The wall may leave the rod; the contact of `interface` keeps it from entering.
-Lengths mm, pressures MPa.
+The core is a tube of constant curvature around the axis c(s; y), the translation of exp(s·(λ e3, u)) with the
+strain y = (u, λ). A node's gap is its distance to the axis less the core's radius; it depends on the node and
+on y. The wall may leave the core; the barrier of `central_rod` keeps it outside. Lengths mm, pressures MPa.
 """
 
 from dataclasses import dataclass
@@ -13,14 +12,15 @@ from jaxtyping import Float, Int
 
 from fem_reference.cell.screw_motion import ScrewSeries
 from fem_reference.central_rod import ACTIVATION, INSIDE_SHARE, REST_SHARE, barrier
+from fem_reference.elements import Forces, Own, Response
 
 
 @dataclass(frozen=True)
 class CoreContactResponse:
     """Contact energy [N mm] with its derivatives in the nodes and in the strain (u, λ).
 
-    ``node_concave`` : the part of ``node_stiffness`` that comes with the rod's roundness: pressed, a node
-    slides off it.
+    ``node_concave`` is the part of ``node_stiffness`` that comes from the core's curvature: a node pressed on
+    the core slides off.
     """
 
     energy: float
@@ -32,15 +32,43 @@ class CoreContactResponse:
     strain_stiffness: Float[np.ndarray, "4 4"]
 
 
+class CoreContactGroup:
+    """A `CoreContactResponse` as a force group of the nodes, at the positions and the strain of the response.
+
+    Parameters
+    ----------
+    nodes : of the contact.
+    response : evaluated there.
+    """
+
+    padding = None
+
+    def __init__(self, nodes: Int[np.ndarray, " contacts"], response: CoreContactResponse) -> None:
+        self.connectivity = nodes[:, None]
+        self._evaluated = response
+
+    def energy(self, positions: Float[np.ndarray, "nodes 3"]) -> float:
+        """See `ForceGroup.energy`."""
+        return self._evaluated.energy
+
+    def force(self, positions: Float[np.ndarray, "nodes 3"], own: Own | None) -> Forces:
+        """See `ForceGroup.force`."""
+        return Forces(self._evaluated.node_force)
+
+    def response(self, positions: Float[np.ndarray, "nodes 3"], own: Own | None) -> Response:
+        """See `ForceGroup.response`."""
+        return Response(self._evaluated.node_force, self._evaluated.node_stiffness)
+
+
 class CellCoreContact:
-    """The cavity's nodes against the rod.
+    """The cavity's nodes against the core.
 
     Parameters
     ----------
     nodes : indices of the cavity's nodes.
     areas : reference area of each [mm²].
-    radius : of the rod [mm].
-    stations : reference z of each node [mm], where the search for its closest point on the axis starts.
+    radius : of the core [mm].
+    stations : reference z of each node [mm]; the search for its closest point on the axis starts there.
     """
 
     def __init__(
@@ -58,12 +86,12 @@ class CellCoreContact:
     def gap(
         self, positions: Float[np.ndarray, "nodes 3"], series: ScrewSeries
     ) -> Float[np.ndarray, " contacts"]:
-        """Distance from the rod's surface to each node [mm]; slightly negative under contact pressure."""
+        """Distance from the core's surface to each node [mm]; slightly negative under contact pressure."""
         offset, *_ = self._closest(positions[self.nodes], series)
         return np.linalg.norm(offset, axis=1) - self._radius
 
     def admissible(self, positions: Float[np.ndarray, "nodes 3"], series: ScrewSeries) -> bool:
-        """Whether every node is on its own side of the axis, with some way to go."""
+        """Whether every node is on its own side of the axis, with a margin."""
         return bool((self.gap(positions, series) > -INSIDE_SHARE * self._radius).all())
 
     def response(self, positions: Float[np.ndarray, "nodes 3"], series: ScrewSeries) -> CoreContactResponse:
@@ -117,7 +145,7 @@ class CellCoreContact:
     def pressure(
         self, positions: Float[np.ndarray, "nodes 3"], series: ScrewSeries
     ) -> Float[np.ndarray, " contacts"]:
-        """Contact pressure on the rod at each node, per reference area [MPa]."""
+        """Contact pressure on the core at each node, per reference area [MPa]."""
         return -barrier(self.gap(positions, series) + REST_SHARE * ACTIVATION)[1]
 
     def _closest(

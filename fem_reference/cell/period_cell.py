@@ -13,7 +13,7 @@ from fem_reference.algebra import SymmetricSolver, default_solver
 from fem_reference.cell.condensation import condense
 from fem_reference.cell.equations import CellEquations
 from fem_reference.cell.problem import CellProblem, CellTarget
-from fem_reference.cell.state import Configuration
+from fem_reference.cell.state import CellLinearisation, Configuration
 from fem_reference.elements import Ogden
 from fem_reference.errors import NewtonError
 from fem_reference.geometry import (
@@ -28,7 +28,7 @@ from fem_reference.geometry import (
     refuse_load_beyond,
 )
 from fem_reference.mesh import MeshLevel, mesh_level
-from fem_reference.solver import Equilibrium, PathError, PathFollower, solve_equilibrium
+from fem_reference.solver import Equilibrium, PathError, PathFollower, SolverOptions, solve_equilibrium
 
 _MM = 1e3
 _MPA = 1e6
@@ -37,6 +37,8 @@ _MAX_PRESSURE = 0.2e6
 # several shorter ones take together; from another start nothing is known of the way ahead.
 _FIRST_STEP, _STEP_FROM_A_START = 10.0, 1.0
 _UNLOADED = CellTarget(np.zeros(3), moment=np.zeros(3))
+
+CellEquilibrium = Equilibrium[Configuration, CellLinearisation]
 
 
 @dataclass(frozen=True)
@@ -147,6 +149,7 @@ class PeriodCell:
     end_compliance : how much longer the silicone becomes along the rod for each newton of the rod's pull on
         the closed ends [m/N]. By default they give nothing.
     solver : linear solver; by default MKL PARDISO where it is installed.
+    options : of the nonlinear solvers.
 
     Raises
     ------
@@ -163,6 +166,7 @@ class PeriodCell:
         thread: Thread | None = None,
         end_compliance: float = 0.0,
         solver: SymmetricSolver | None = None,
+        options: SolverOptions | None = None,
     ) -> None:
         if not (np.isfinite(end_compliance) and end_compliance >= 0.0):
             raise ValueError(
@@ -185,7 +189,8 @@ class PeriodCell:
         )
         self._problem = CellProblem(self.equations)
         self._solver = solver or default_solver(definite=True, single=True)
-        self._rest: Equilibrium | None = None
+        self.options = options or SolverOptions()
+        self._rest: CellEquilibrium | None = None
         self._rest_energy = 0.0
 
     @property
@@ -220,20 +225,21 @@ class PeriodCell:
         """
         return next(iter(follow(self, [load], start)))
 
-    def _at_rest(self) -> Equilibrium:
+    def _at_rest(self) -> CellEquilibrium:
         """Equilibrium without load, solved once."""
         if self._rest is None:
-            self._rest = solve_equilibrium(self._problem, self._solver, _UNLOADED, self.equations.rest())
+            rest = self.equations.rest()
+            self._rest = solve_equilibrium(self._problem, self._solver, _UNLOADED, rest, options=self.options)
             self._rest_energy = self.equations.energy(self._rest.configuration)
         return self._rest
 
     def _state(
-        self, load: Load, found: Equilibrium, target: CellTarget, iterations: int, jumped: bool
+        self, load: Load, found: CellEquilibrium, target: CellTarget, iterations: int, jumped: bool
     ) -> CellState:
         equations = self.equations
         period = equations.period
         section = condense(equations, self._solver, found)
-        volume = found.linear.volume / period
+        volume = found.own_linear.volume / period
         energy = (equations.energy(found.configuration) - self._rest_energy) / period - float(
             target.pressure @ volume
         )
@@ -289,8 +295,8 @@ def follow(
         here, target, step = cell._at_rest(), _UNLOADED, _FIRST_STEP
         if start is not None:
             target, step = start.load._target(), _STEP_FROM_A_START
-            here = solve_equilibrium(problem, solver, target, start.configuration)
-        follower = PathFollower(problem, solver, here, target, step, creeps=jumps)
+            here = solve_equilibrium(problem, solver, target, start.configuration, options=cell.options)
+        follower = PathFollower(problem, solver, here, target, step, creeps=jumps, options=cell.options)
         for load in loads:
             cell.refuse(load)
             before = follower.iterations
@@ -304,7 +310,9 @@ def follow(
     except PathError as error:
         message = f"the cell did not converge: {error}"
         try:
-            last = solve_equilibrium(problem, solver, error.target, error.last.configuration)
+            last = solve_equilibrium(
+                problem, solver, error.target, error.last.configuration, options=cell.options
+            )
         except NewtonError:
             # On the verge of an instability even the last equilibrium may not converge anew.
             raise CellError(message, state, error.unstable) from error
@@ -312,13 +320,13 @@ def follow(
         raise CellError(message, reached, error.unstable) from error
 
 
-def _restated(here: CellTarget, at: Equilibrium, goal: CellTarget, period: float) -> CellTarget:
+def _restated(here: CellTarget, at: CellEquilibrium, goal: CellTarget, period: float) -> CellTarget:
     """The target at hand in the goal's terms, if these are others: by its curvature, or by its moment."""
     if (goal.curvature is None) == (here.curvature is None):
         return here
     if goal.curvature is not None:
         return CellTarget(here.pressure, curvature=at.configuration.curvature)
-    return CellTarget(here.pressure, moment=at.linear.strain_residual[:3] / period)
+    return CellTarget(here.pressure, moment=at.own_linear.strain_residual[:3] / period)
 
 
 def _load_of(target: CellTarget) -> Load:

@@ -1,4 +1,4 @@
-"""The period cell as a problem for Newton's method: its loads, its steps in nodes and u, what blocks them."""
+"""The period cell as a problem for Newton's method: loads, steps in nodes and strain, and what blocks them."""
 
 from dataclasses import dataclass, fields, replace
 
@@ -6,32 +6,33 @@ import numpy as np
 from jaxtyping import Float
 
 from fem_reference.algebra import SymmetricSolver
-from fem_reference.cell.equations import GAUGES, SOLID, CellEquations
+from fem_reference.cell.contact import CellContact
+from fem_reference.cell.equations import GAUGES, CellEquations
 from fem_reference.cell.helical_periodicity import HelicalFrame
 from fem_reference.cell.state import CellLinearisation, Configuration, Step
 from fem_reference.elements import ViscousSolid
 from fem_reference.errors import NewtonError
-from fem_reference.solver import Problem
+from fem_reference.solver import Problem, Tolerances
 
 # Largest turn of the top face in one step [rad].
 _MAX_TURN = 0.05
 _WALL_MARGIN = 0.9
-# Share of the smallest element's size by which nodes may move without a look at its volume.
+# Share of the smallest element's size by which nodes may move before elements' volumes are checked.
 _SAFE = 0.05
-# Change of the strain that counts as the contact's noise: of u [1/mm], 0.007° over 60 mm; of the stretch, the
-# same at the wall's radius.
+# Change of the strain that counts as contact noise: of u [1/mm], 0.007° over 60 mm; of the stretch, the same
+# at the wall's radius.
 _CONTACT_STRAIN_STEP = np.array([2e-6, 2e-6, 2e-6, 1e-5])
 
 
 @dataclass(frozen=True)
 class CellTarget:
-    """What the cell is asked for.
+    """Loads to solve for.
 
     Parameters
     ----------
     pressure : of the chambers [MPa].
     moment : external moment [N mm], in free bending.
-    curvature : imposed u [1/mm]; exactly one of the two is given.
+    curvature : imposed u [1/mm], instead of a moment.
     """
 
     pressure: Float[np.ndarray, "3"]
@@ -39,7 +40,7 @@ class CellTarget:
     curvature: Float[np.ndarray, "3"] | None = None
 
     def between(self, other: "CellTarget", fraction: float) -> "CellTarget":
-        """The target a fraction of the way from this one to ``other``, which is of the same mode."""
+        """The target a fraction of the way from this one to ``other``, of the same kind."""
 
         def mix(a: np.ndarray | None, b: np.ndarray | None) -> np.ndarray | None:
             return None if a is None or b is None else a + fraction * (b - a)
@@ -48,7 +49,7 @@ class CellTarget:
         return CellTarget(pressure, mix(self.moment, other.moment), mix(self.curvature, other.curvature))
 
     def to(self, other: "CellTarget") -> Float[np.ndarray, " loads"]:
-        """Change of load, in units that strain the cell about alike: 1 kPa, 0.05 N mm and 1 1/m."""
+        """Change of load in units that strain the cell about equally: 1 kPa, 0.05 N mm and 1 1/m."""
         parts = [(other.pressure - self.pressure) / 1e-3]
         if self.moment is not None and other.moment is not None:
             parts.append((other.moment - self.moment) / 0.05)
@@ -58,8 +59,8 @@ class CellTarget:
 
 
 @dataclass(frozen=True)
-class _Follow:
-    """How nodes follow the strain's unknown components, by some factors: for steps that keep these."""
+class _StrainColumns:
+    """K⁻¹ times the coupling of nodes and strain, kept for modified Newton steps with the same factors."""
 
     solver: SymmetricSolver
     factors: int
@@ -68,12 +69,12 @@ class _Follow:
     columns: Float[np.ndarray, "q unknowns"]
 
     def serves(self, solver: SymmetricSolver, linear: CellLinearisation, unknown: slice) -> bool:
-        """Whether it is of these factors, this coupling, and these components."""
+        """Whether the columns belong to these factors, this coupling and these components."""
         same = solver is self.solver and solver.factors == self.factors
         return same and linear.node_strain is self.node_strain and unknown == self.unknown
 
 
-class CellProblem(Problem):
+class CellProblem(Problem[Configuration, CellTarget, CellLinearisation, Step, ViscousSolid]):
     """Equilibria of one period.
 
     Parameters
@@ -82,16 +83,13 @@ class CellProblem(Problem):
     """
 
     constraints = GAUGES
-    reach = 0.3
-    noise = 5e-3
-    nearby = 0.01
-    exact = True
-    stride = np.inf
+    tolerances = Tolerances(reach=0.3, nearby=0.01, noise=5e-3, exact=True, stride=np.inf)
 
     def __init__(self, equations: CellEquations) -> None:
         self.equations = equations
         self.pattern = equations.pattern
-        self._follow: _Follow | None = None
+        self.contact = CellContact(equations)
+        self._kept: _StrainColumns | None = None
         # A move of nodes that inverts no element.
         self._safe = _SAFE * float(np.cbrt(equations.solid.volume.min()))
 
@@ -126,16 +124,8 @@ class CellProblem(Problem):
         return self.equations.update_forces(linear, at, target.pressure, viscous)
 
     def keeps(self, linear: CellLinearisation, at: Configuration) -> bool:
-        """See `Problem.keeps`."""
+        """See `Equations.keeps`."""
         return bool((self.equations.thread.slack(at.segment_tension) == linear.slack).all())
-
-    def convexified_contact(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
-        """See `Problem.convexified_contact`."""
-        return self.equations.convexified_contact(linear)
-
-    def core_curvature_stiffness(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
-        """See `Problem.core_curvature_stiffness`."""
-        return self.equations.core_curvature_stiffness(linear)
 
     def viscous(self, at: Configuration, rate: float) -> ViscousSolid:
         """See `ViscousSolid`."""
@@ -144,39 +134,39 @@ class CellProblem(Problem):
     def stiffened(
         self, data: Float[np.ndarray, " nonzeros"], resistance: ViscousSolid, linear: CellLinearisation
     ) -> Float[np.ndarray, " nonzeros"]:
-        """A stiffness' data with the matrix of a viscous ``resistance`` added, at fixed u."""
+        """A stiffness' data plus the matrix of a viscous ``resistance``, at fixed strain."""
         stiffer = data.copy()
         nodes = self.equations.solid.connectivity
         blocks = linear.frame.rotate_blocks(nodes, resistance.matrices.copy())
-        self.pattern.add_group(stiffer, SOLID, blocks)
+        self.pattern.add_group(stiffer, "solid", blocks)
         return stiffer
 
     def imbalance(self, linear: CellLinearisation, target: CellTarget) -> float:
-        """Moment that the section lacks [N mm], in free bending, and pull of the rod [N], where it slides."""
+        """Residual moment [N mm] in free bending, and residual pull of the core [N] where the ends give."""
         lacking = self._strain_residual(linear, target)[self._unknown(target)] / self.equations.period
         return float(np.abs(lacking).max(initial=0.0))
 
     def _unknown(self, target: CellTarget) -> slice:
-        """The strain's unknown components: the curvature in free bending, the stretch beside a spring."""
+        """Unknown components of the strain: the curvature in free bending, the stretch where the ends give."""
         return slice(
             0 if target.moment is not None else 3, 3 if self.equations.axial_stiffness is None else 4
         )
 
     def _strain_residual(self, linear: CellLinearisation, target: CellTarget) -> Float[np.ndarray, "4"]:
-        """Residual conjugate to the strain, the external moment taken off."""
+        """Residual conjugate to the strain, less the external moment."""
         moment = np.zeros(3) if target.moment is None else target.moment
         return linear.strain_residual - self.equations.period * np.append(moment, 0.0)
 
     def newton_step(self, solver: SymmetricSolver, linear: CellLinearisation, target: CellTarget) -> Step:
-        """Step of nodes, multipliers and, by their Schur complement, of the strain's unknown components."""
+        """Newton step of nodes and multipliers, and by the Schur complement of the strain's unknown components."""
         unknown = self._unknown(target)
         coupling, strain = linear.node_strain[:, unknown], np.zeros(4)
-        if self._follow is not None and self._follow.serves(solver, linear, unknown):
-            dq, softness = solver.solve(-linear.residual[:, None])[:, 0], self._follow.columns
+        if self._kept is not None and self._kept.serves(solver, linear, unknown):
+            dq, softness = solver.solve(-linear.residual[:, None])[:, 0], self._kept.columns
         else:
             solution = solver.solve(np.column_stack([-linear.residual, coupling]))
             dq, softness = solution[:, 0], solution[:, 1:]
-            self._follow = _Follow(solver, solver.factors, linear.node_strain, unknown, softness)
+            self._kept = _StrainColumns(solver, solver.factors, linear.node_strain, unknown, softness)
         if coupling.size:
             schur = linear.strain_strain[unknown, unknown] - coupling.T @ softness
             lacking = -self._strain_residual(linear, target)[unknown] - coupling.T @ dq
@@ -189,11 +179,11 @@ class CellProblem(Problem):
         return float(np.sqrt(np.mean(linear.frame.motion(step.positions, step.strain) ** 2)))
 
     def is_small(self, step: Step) -> bool:
-        """Whether the strain moves by no more than the contact's noise may move it."""
+        """Whether the strain moves no more than contact noise may move it."""
         return bool((np.abs(step.strain) <= _CONTACT_STRAIN_STEP).all())
 
     def longest(self, step: Step) -> float:
-        """Share of a step that turns the top face by an angle that a linearisation stands for."""
+        """Share of a step whose turn of the top face is small enough for the linearisation."""
         turn = float(np.linalg.norm(step.strain[:3])) * self.equations.period
         return min(1.0, _MAX_TURN / turn) if turn > 0.0 else 1.0
 
@@ -204,7 +194,7 @@ class CellProblem(Problem):
         return self.equations.advance(at, step, fraction, linear)
 
     def allowed(self, linear: CellLinearisation, trial: Configuration) -> float:
-        """Share of a trial step before walls meet; half, where the rod, an element or the bend blocks it."""
+        """Share of a trial step before walls meet; half if the core, an element or the bend blocks it."""
         equations = self.equations
         try:
             series = equations.series(trial)
@@ -223,7 +213,7 @@ class CellProblem(Problem):
         return 0.5 if inverts else 1.0
 
     def mean(self, states: list[Configuration], weights: list[float]) -> Configuration:
-        """Weighted mean of every unknown; what all states share stays as it is, to the last bit."""
+        """Weighted mean of every unknown; a value that all states share is kept to the last bit."""
         first, *others = states
 
         def of(name: str) -> np.ndarray:
@@ -234,7 +224,7 @@ class CellProblem(Problem):
         return Configuration(*(of(field.name) for field in fields(Configuration)))
 
     def may_start(self, at: Configuration, guess: Configuration) -> bool:
-        """Whether an extrapolated configuration is one that Newton's method can start from."""
+        """See `Equations.may_start`."""
         equations = self.equations
         try:
             series = equations.series(guess)

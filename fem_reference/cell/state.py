@@ -1,12 +1,15 @@
-"""What the equations of the cell are about: its unknowns, a Newton step, and the linearisation at a point."""
+"""State of the cell, a Newton step, and the linearisation at a state."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from fem_reference.cell.helical_periodicity import HelicalFrame
+from fem_reference.elements import Own
 from fem_reference.solver import Linearisation
+from fem_reference.walls import WallPairs
 
 
 @dataclass(frozen=True)
@@ -17,7 +20,8 @@ class Configuration:
     ----------
     positions : of the independent nodes [mm].
     strain : y = (u, λ): curvature and twist [1/mm] and stretch, per length at rest.
-    element_pressure : π_j [MPa] and segment_tension [N], independent while Newton iterates.
+    element_pressure, segment_tension : own forces of solid and thread [MPa, N], unknowns while Newton's method
+        iterates.
     multipliers : of the gauge [N].
     """
 
@@ -32,6 +36,11 @@ class Configuration:
         """Curvature and twist u [1/mm]."""
         return self.strain[:3]
 
+    @property
+    def own(self) -> dict[str, Own]:
+        """Own forces by their group's name."""
+        return {"solid": self.element_pressure, "thread": self.segment_tension}
+
 
 @dataclass(frozen=True)
 class Step:
@@ -44,8 +53,18 @@ class Step:
 
 @dataclass(frozen=True)
 class CellLinearisation(Linearisation):
-    """Residual and Hessian at a configuration; ``q`` stands for the independent nodes and the multipliers."""
+    """Residual and Hessian at a state; ``q`` stands for the independent nodes and the multipliers.
 
+    Parameters
+    ----------
+    pairs : of walls in contact; None where there are none.
+    slack : thread segments that the stiffness takes for slack.
+    frame : positions of all nodes.
+    laws, gradients : by the group's name, what its own forces' update needs (see `Response`).
+    """
+
+    pairs: WallPairs | None
+    slack: Bool[np.ndarray, " segments"]
     strain_residual: Float[np.ndarray, "4"]
     node_strain: Float[np.ndarray, "q 4"]
     node_pressure: Float[np.ndarray, "q 3"]
@@ -53,6 +72,5 @@ class CellLinearisation(Linearisation):
     strain_pressure: Float[np.ndarray, "4 3"]
     volume: Float[np.ndarray, "3"]
     frame: HelicalFrame
-    volume_gradient: Float[np.ndarray, "elements modes dofs"]
-    constitutive: Float[np.ndarray, "elements modes"]
-    length_gradient: Float[np.ndarray, "segments _"]
+    laws: Mapping[str, Own]
+    gradients: Mapping[str, Own]

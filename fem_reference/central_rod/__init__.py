@@ -1,4 +1,4 @@
-"""The central rod: spline, its coordinates, contact and bond with the cavity."""
+"""The central rod: spline, coordinates along it, contact and bond with the cavity."""
 
 from fem_reference.central_rod.barrier import ACTIVATION as ACTIVATION
 from fem_reference.central_rod.barrier import INSIDE_SHARE as INSIDE_SHARE

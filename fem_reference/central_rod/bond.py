@@ -1,7 +1,7 @@
-"""The cavity's wall where it is bonded to the rod's curve.
+"""Bond of the cavity's wall to the rod's curve, by a penalty.
 
-At each node a penalty holds gap and slip along the curve at zero, slip being (x − c(s₀))·c'(s₀) with s₀ the
-node's station at rest; turning about the rod stays free, as the rod's torsion has no energy. Lengths mm,
+At each node the penalty acts on the gap and on the slip along the curve, (x − c(s₀))·c'(s₀), with s₀ the
+node's station at rest. Rotation about the rod is free, as the rod's torsion has no energy. Lengths mm,
 pressures MPa.
 """
 
@@ -20,10 +20,11 @@ class CoreBond:
 
     Parameters
     ----------
-    nodes : indices of the nodes; areas : reference area of each [mm²].
-    stations : reference z of each [mm].
-    radius : of the rod [mm].
-    basis : of the curve.
+    nodes : indices of the bonded nodes.
+    areas : reference area of each node [mm²].
+    stations : reference z of each node [mm].
+    radius : radius of the rod [mm].
+    basis : spline basis of the curve.
     first_control : index of the first control point among all positions.
     """
 
@@ -41,17 +42,17 @@ class CoreBond:
         self._penalty = BOND_STIFFNESS * areas
         self._radius = radius
         self._value, self._slope = (self._points.local(stations, order) for order in (0, 1))
-        #: A node and its window of control points.
+        #: Each node and its window of control points.
         self.connectivity = self._points.connectivity
 
     def energy(self, positions: Float[np.ndarray, "all 3"]) -> float:
-        """Energy of the bond [N mm]."""
+        """Return the energy of the bond [N mm]."""
         gap = self._points.distance(positions) - self._radius
         slip, *_ = self._slip(positions)
         return float(0.5 * self._penalty @ (gap**2 + slip**2))
 
     def force(self, positions: Float[np.ndarray, "all 3"]) -> Float[np.ndarray, "nodes dofs"]:
-        """Forces on each node and its window, those of `response`."""
+        """Return only the forces of `response`."""
         distance, normal = self._points.normal(positions)
         slip, along, _ = self._slip(positions)
         gap = distance - self._radius
@@ -60,7 +61,7 @@ class CoreBond:
     def response(
         self, positions: Float[np.ndarray, "all 3"]
     ) -> tuple[Float[np.ndarray, "nodes dofs"], Float[np.ndarray, "nodes dofs dofs"]]:
-        """Forces and tangents on each node and its window."""
+        """Return forces and tangents on each node and its window."""
         distance, normal, curvature = self._points.curvature(positions)
         slip, along, turning = self._slip(positions)
         gap = distance - self._radius
@@ -72,7 +73,7 @@ class CoreBond:
     def _slip(
         self, positions: Float[np.ndarray, "all 3"]
     ) -> tuple[Float[np.ndarray, " nodes"], Float[np.ndarray, "nodes dofs"], np.ndarray]:
-        """Slip (x − c(s₀))·c'(s₀) and its two derivatives in y = (x, P)."""
+        """Return the slip (x − c(s₀))·c'(s₀) and its first two derivatives by y = (x, P)."""
         points = self._points
         offset = points.places(positions) - points.on_curve(positions, self._value)
         tangent = points.on_curve(positions, self._slope)

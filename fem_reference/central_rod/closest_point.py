@@ -1,7 +1,7 @@
-"""Points of the cavity's wall beside the rod's curve: the closest station to each, its distance and tangents.
+"""Closest point on the rod's curve to points of the cavity's wall: distance and its derivatives.
 
-A point is carried by nodes, x_p = Σ N_a x_a with shares N that stay; the curve by control points P. Its
-distance to the curve is a function of both, y = (x_a, P), with the closest station condensed. Lengths mm.
+A wall point is interpolated from nodes, x_p = Σ N_a x_a with constant weights N, and the curve from control
+points P. The distance is a function of both, y = (x_a, P); the closest station s is condensed. Lengths mm.
 """
 
 from dataclasses import dataclass
@@ -12,25 +12,25 @@ from jaxtyping import Float, Int
 from fem_reference.central_rod.spline_rod import DEGREE, SplineBasis
 from fem_reference.errors import NewtonError
 
+# Newton steps for the closest station at most.
 _CLOSEST_STEPS = 30
-# Control points of one span.
+# Control points of one span, relative to its first.
 _OWN = np.arange(DEGREE + 1)
 
 
 @dataclass(frozen=True)
 class BentState:
-    """Distances d of points from the curve with all that their second derivatives are made of.
+    """Distances d of points from the curve, with the parts of their second derivatives by y.
 
-    With weights w, unit vectors i of space, gradients g and what moves the closest station, m, they are
-    (w wᵀ ⊗ i iᵀ − m mᵀ/b − g gᵀ)/d.
+    With D = ½d², the second derivative of d is (w wᵀ ⊗ 1 − m mᵀ/b − g gᵀ)/d.
 
     Parameters
     ----------
     distance : d [mm].
-    weight : w, what carriers and window add to the offset.
-    normal : g, derivative of the distance.
-    mixed : m, of the slope of ½d² along the curve [mm].
-    bend : b, its derivative along the curve.
+    weight : w, weights of carriers and window in the offset x_p − c(s).
+    normal : g = ∂d/∂y.
+    mixed : m = ∂²D/∂s∂y [mm].
+    bend : b = ∂²D/∂s².
     """
 
     distance: Float[np.ndarray, " points"]
@@ -41,14 +41,15 @@ class BentState:
 
 
 class ClosestPoints:
-    """Points of the wall and the control points of the curve that each may feel.
+    """Points of the wall, each with the control points of the curve near it.
 
     Parameters
     ----------
-    carriers : nodes that carry each point; shares : of each carrier.
+    carriers : nodes that interpolate each point.
+    shares : weight of each carrier.
     stations : z of each point at rest [mm].
-    basis : of the curve.
-    window : control points of each point: those of its station's span at rest and of the spans beside it.
+    basis : spline basis of the curve.
+    window : control points of each point: those of its span at rest and of the neighbouring spans.
     first_control : index of the first control point among all positions.
     """
 
@@ -68,44 +69,44 @@ class ClosestPoints:
         self._window = window
         self._first_control = first_control
         self._controls = first_control + window
-        #: Carriers and window of control points of each point.
+        #: Carriers of each point and its window of control points.
         self.connectivity = np.concatenate([carriers, self._controls], axis=1)
 
     def local(self, stations: Float[np.ndarray, " points"], order: int) -> Float[np.ndarray, "points window"]:
-        """Basis functions of the window, or their derivatives."""
+        """Return the basis functions of the window, or their derivatives, at each station."""
         first, local = self._first(stations), np.zeros(self._window.shape)
         own = (first - self._window[:, 0])[:, None] + _OWN
         np.put_along_axis(local, own, self._basis.local(stations, first, order), axis=1)
         return local
 
     def _first(self, stations: Float[np.ndarray, " points"]) -> Int[np.ndarray, " points"]:
-        """First of the control points that act at each station, in the window."""
+        """Return the first control point that acts at each station, limited to the window."""
         return np.clip(self._basis.first_control(stations), self._window[:, 0], self._window[:, -1] - DEGREE)
 
     def places(self, positions: Float[np.ndarray, "all 3"]) -> Float[np.ndarray, "points 3"]:
-        """Where the points are [mm]."""
+        """Return the positions of the points [mm]."""
         return np.einsum("a,nai->ni", self._shares, positions[self.carriers])
 
     def on_curve(
         self, positions: Float[np.ndarray, "all 3"], values: Float[np.ndarray, "points window"]
     ) -> Float[np.ndarray, "points 3"]:
-        """Points, or derivatives, of the curve from its local basis functions."""
+        """Return points, or derivatives, of the curve from the basis functions of the window."""
         return np.einsum("na,nai->ni", values, positions[self._controls])
 
     def weight(self, curve: Float[np.ndarray, "points window"]) -> Float[np.ndarray, "points _"]:
-        """What carriers and window add to the offset from a point of the curve with these functions."""
+        """Return the weights of carriers and window in the offset from the curve with these functions."""
         own = np.broadcast_to(self._shares, self.carriers.shape)
         return np.concatenate([own, -curve], axis=1)
 
     def distance(self, positions: Float[np.ndarray, "all 3"]) -> Float[np.ndarray, " points"]:
-        """From the curve [mm]."""
+        """Return each point's distance from the curve [mm]."""
         _, offset, *_ = self._closest(positions)
         return np.linalg.norm(offset, axis=1)
 
     def normal(
         self, positions: Float[np.ndarray, "all 3"]
     ) -> tuple[Float[np.ndarray, " points"], Float[np.ndarray, "points dofs"]]:
-        """Distance of each point and its derivative by carriers and window."""
+        """Return each point's distance and its derivative by carriers and window."""
         s, offset, *_ = self._closest(positions)
         distance = np.linalg.norm(offset, axis=1)
         direction = offset / distance[:, None]
@@ -117,7 +118,7 @@ class ClosestPoints:
     ) -> tuple[
         Float[np.ndarray, " points"], Float[np.ndarray, "points dofs"], Float[np.ndarray, "points dofs dofs"]
     ]:
-        """Distance and its two derivatives; the closest point's motion is condensed."""
+        """Return the distance and its first two derivatives, with the closest station condensed."""
         bent = self.bent(positions)
         weight, gradient = bent.weight, bent.normal
         hessian = isotropic(weight[:, :, None] * weight[:, None, :])
@@ -127,10 +128,10 @@ class ClosestPoints:
         return bent.distance, gradient, hessian
 
     def bent(self, positions: Float[np.ndarray, "all 3"]) -> BentState:
-        """See `BentState`; the closest point's motion is condensed."""
+        """Return the `BentState`, with the closest station condensed."""
         s, offset, tangent, bend = self._closest(positions)
         slope, weight = self.local(s, 1), self._weight_at(s)
-        # D = ½|x − c(s)|² and its derivatives in y; s is stationary.
+        # Derivatives of D = ½|x − c(s)|² by y; D is stationary in s.
         gradient = weight[:, :, None] * offset[:, None, :]
         mixed = -weight[:, :, None] * tangent[:, None, :]
         mixed[:, -slope.shape[1] :] -= slope[:, :, None] * offset[:, None, :]
@@ -140,7 +141,7 @@ class ClosestPoints:
     def around(
         self, positions: Float[np.ndarray, "all 3"]
     ) -> tuple[Float[np.ndarray, " points"], Float[np.ndarray, "points dofs"]]:
-        """Distance, and how each point moves around the curve relative to its closest point, by y."""
+        """Return the distance, and the derivative by y of each point's motion around the curve."""
         s, offset, tangent, _ = self._closest(positions)
         around = np.cross(tangent, offset)
         around /= np.linalg.norm(around, axis=1)[:, None]
@@ -151,13 +152,13 @@ class ClosestPoints:
         return self.weight(self.local(s, 0) + self._beyond(s)[:, None] * self.local(s, 1))
 
     def _beyond(self, s: Float[np.ndarray, " points"]) -> Float[np.ndarray, " points"]:
-        """How far a station lies beyond an end, where the rod goes on straight."""
+        """Return how far each station lies beyond an end [mm], where the rod continues straight."""
         return s - np.clip(s, 0.0, self._basis.length)
 
     def _closest(
         self, positions: Float[np.ndarray, "all 3"]
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Station of the closest point of the curve, offset from it, tangent there, and ∂²D/∂s²."""
+        """Return the closest station, the offset from its point, the tangent there, and ∂²D/∂s²."""
         x = self.places(positions)
         s = self.stations.copy()
         first, last = self._window[:, 0], self._window[:, -1] + 1 - DEGREE
@@ -187,19 +188,19 @@ class ClosestPoints:
 def windows(
     basis: SplineBasis, low: Float[np.ndarray, " n"], high: Float[np.ndarray, " n"]
 ) -> Int[np.ndarray, "n window"]:
-    """Control points of the spans from each ``low`` station to each ``high`` one, and one more either way."""
+    """Return the control points from one span before each ``low`` to one span after each ``high`` station."""
     first, last = basis.first_control(low) - 1, basis.first_control(high) + 1
     width = min(int((last - first).max(initial=0)) + DEGREE + 1, basis.count)
     return np.clip(first, 0, basis.count - width)[:, None] + np.arange(width)
 
 
 def rows(vectors: Float[np.ndarray, "n a 3"]) -> Float[np.ndarray, "n dofs"]:
-    """Vectors of each point's carriers and window in a row, of no points too."""
+    """Flatten (n, a, 3) to (n, 3a); also for n = 0."""
     n, a, _ = vectors.shape
     return vectors.reshape(n, 3 * a)
 
 
 def isotropic(coefficient: Float[np.ndarray, "n a a"]) -> Float[np.ndarray, "n dofs dofs"]:
-    """Blocks coefficient_ab δ_ij as one matrix over (a, i), (b, j)."""
+    """Return coefficient_ab δ_ij as one matrix over (a, i), (b, j)."""
     n, a, _ = coefficient.shape
     return (coefficient[:, :, None, :, None] * np.eye(3)[:, None, :]).reshape(n, 3 * a, 3 * a)

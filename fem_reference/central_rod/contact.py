@@ -1,9 +1,9 @@
-"""The cavity's wall against the rod's curve: frictionless unilateral contact.
+"""Frictionless unilateral contact between the cavity's wall and the rod's curve.
 
-Contact acts at the Gauss points of the wall's facets. A point's gap is its distance to the curve less what
-that is at rest, on a facet somewhat less than the rod's radius; the barrier of `interface` acts on it. Nodes
-alone would not do: the chords between them lie within the rod, and a wall that is pressed on it with more
-than its own stiffness gains room where they slide together. Lengths mm, pressures MPa.
+Contact acts at the Gauss points of the wall's facets. The gap of a point is its distance from the curve minus
+its distance at rest, which on a flat facet is slightly less than the rod's radius; `barrier` acts on the gap.
+Contact at the nodes alone would be unstable: the chords between nodes lie within the rod, and nodes of a
+strongly pressed wall would slide together around it. Lengths mm, pressures MPa.
 """
 
 import numpy as np
@@ -20,10 +20,11 @@ class CoreContact:
 
     Parameters
     ----------
-    facets : nodes of each.
-    values : functions of a facet's nodes at each of its Gauss points; areas : that each stands for [mm²].
+    facets : nodes of each facet.
+    values : shape functions of a facet's nodes at its Gauss points.
+    areas : reference area of each Gauss point [mm²].
     points : positions of all nodes at rest [mm].
-    basis : of the curve.
+    basis : spline basis of the curve.
     first_control : index of the first control point among all positions.
     """
 
@@ -45,15 +46,15 @@ class CoreContact:
         ]
         self._radii = np.linalg.norm(places[:, :, :2], axis=2)
         self._areas = areas.T
-        #: Nodes of a facet and its window of control points.
+        #: Nodes of each facet and its window of control points.
         self.connectivity = self._points[0].connectivity
 
     def gap(self, positions: Float[np.ndarray, "all 3"]) -> Float[np.ndarray, "gauss facets"]:
-        """Distance of each point from where it touches the rod [mm]; slightly negative under pressure."""
+        """Return each point's gap [mm]; slightly negative under pressure."""
         return np.array([points.distance(positions) for points in self._points]) - self._radii
 
     def admissible(self, positions: Float[np.ndarray, "all 3"]) -> bool:
-        """Whether points are on their own side of the axis, with some way to go, and near their stations."""
+        """Return whether all points are well outside the axis and near their stations."""
         try:
             gap = self.gap(positions)
         except NewtonError:
@@ -61,17 +62,17 @@ class CoreContact:
         return bool((gap > -INSIDE_SHARE * self._radii).all())
 
     def pressure(self, positions: Float[np.ndarray, "all 3"]) -> Float[np.ndarray, "gauss facets"]:
-        """Pressure on the rod at each point, per reference area [MPa]."""
+        """Return the pressure on the rod at each point, per reference area [MPa]."""
         _, slope, _ = _law(self.gap(positions))
         return -slope
 
     def energy(self, positions: Float[np.ndarray, "all 3"]) -> float:
-        """Energy of contact [N mm]."""
+        """Return the energy of contact [N mm]."""
         energy, *_ = _law(self.gap(positions))
         return float((self._areas * energy).sum())
 
     def force(self, positions: Float[np.ndarray, "all 3"]) -> Float[np.ndarray, "facets dofs"]:
-        """Forces on each facet's nodes and window, those of `response`."""
+        """Return only the forces of `response`."""
         force = np.zeros((len(self.connectivity), 3 * self.connectivity.shape[1]))
         for points, radii, areas in zip(self._points, self._radii, self._areas, strict=True):
             distance, normal = points.normal(positions)
@@ -82,7 +83,7 @@ class CoreContact:
     def response(
         self, positions: Float[np.ndarray, "all 3"]
     ) -> tuple[Float[np.ndarray, "facets dofs"], Float[np.ndarray, "facets dofs dofs"]]:
-        """Forces and tangents on each facet's nodes and window."""
+        """Return forces and tangents on each facet's nodes and window."""
         blocks, own = self.connectivity.shape
         force, vectors, factors, isotropic = np.zeros((blocks, 3 * own)), [], [], np.zeros((blocks, own, own))
         for points, radii, areas in zip(self._points, self._radii, self._areas, strict=True):
@@ -99,10 +100,10 @@ class CoreContact:
         return force, stiffness.reshape(blocks, 3 * own, 3 * own)
 
     def concave_part(self, positions: Float[np.ndarray, "all 3"]) -> Float[np.ndarray, "facets dofs dofs"]:
-        """What of the tangents comes with the rod's roundness: a point pressed on it slides off.
+        """Return the negative part of the tangents from the rod's curvature: a pressed point slides off it.
 
-        That is around the rod alone, relative to the closest point of its curve. Along it, contact is left
-        as it is: there its forces turn with the rod, which carries loads of the whole body.
+        It acts on motion around the rod only. Along the rod the tangents are unchanged: there the contact
+        forces rotate with the rod, which carries loads of the whole body.
         """
         moves, factors = [], []
         for points, radii, areas in zip(self._points, self._radii, self._areas, strict=True):
@@ -116,7 +117,7 @@ class CoreContact:
 def _outer(
     vectors: list[Float[np.ndarray, "facets dofs"]], factors: list[Float[np.ndarray, " facets"]]
 ) -> Float[np.ndarray, "facets dofs dofs"]:
-    """Sum of the vectors' outer products with themselves, times the factors."""
+    """Return the sum of the vectors' outer products with themselves, times the factors."""
     rows = np.stack(vectors, axis=1)
     scaled = np.stack(factors, axis=1)[:, :, None] * rows
     product: np.ndarray = np.swapaxes(scaled, 1, 2) @ rows
@@ -124,5 +125,5 @@ def _outer(
 
 
 def _law(gap: Float[np.ndarray, "..."]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Energy per area and its two derivatives by the gap."""
+    """Return the energy per area and its first two derivatives by the gap."""
     return barrier(gap + REST_SHARE * ACTIVATION)

@@ -1,9 +1,9 @@
-"""Deformations of the actuator seen from its rod: what is left when the rod's bending is taken off.
+"""Deformations of the actuator in rod coordinates, and their means.
 
-A slender body that bends moves its sections by nearly rigid motions, and a mean of two deformations in space
-strains the thread and the rod by the square of their turn, and lifts walls that slide around the rod off it.
-In the frame of the rod the mean is harmless: it is taken of the turns and distances between neighbouring
-stations of the rod, and of the nodes' cylindrical coordinates in the frames there.
+Sections of a bending slender body move nearly rigidly. A mean of two deformations in Cartesian coordinates
+strains thread and rod by the square of the rotation between them, and lifts walls that slide around the rod
+off it. A mean in rod coordinates does not: it averages the relative rotations and distances of neighbouring
+stations of the rod, and the nodes' cylindrical coordinates in the frames there.
 """
 
 import numpy as np
@@ -14,11 +14,11 @@ from fem_reference.central_rod.spline_rod import SplineBasis
 
 
 class CoreCoordinates:
-    """Coordinates of all points in frames along the rod.
+    """Coordinates of all points in twist-free frames along the rod.
 
     Parameters
     ----------
-    basis : of the rod's curve.
+    basis : spline basis of the rod's curve.
     stations : reference z of every mesh node [mm].
     """
 
@@ -34,7 +34,7 @@ class CoreCoordinates:
     def frames(
         self, controls: Float[np.ndarray, "controls 3"]
     ) -> tuple[Float[np.ndarray, "levels 3"], Float[np.ndarray, "levels 3 3"]]:
-        """Points of the curve at all levels, and frames that turn along it without twist."""
+        """Return points of the curve at all levels, and the twist-free frames there."""
         centre, tangent = self._value @ controls, self._slope @ controls
         tangent /= np.linalg.norm(tangent, axis=1)[:, None]
         axis = np.cross(tangent[:-1], tangent[1:])
@@ -48,7 +48,7 @@ class CoreCoordinates:
         return centre, frames
 
     def straightened(self, positions: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, "nodes 3"]:
-        """The nodes with the rod's bending and stretch taken off: its curve lies on the z axis."""
+        """Return the nodes without the rod's bending and stretch: its curve lies on the z axis."""
         nodes = len(self._level)
         centre, frames = self.frames(positions[nodes:])
         local = np.einsum("nji,nj->ni", frames[self._level], positions[:nodes] - centre[self._level])
@@ -61,7 +61,7 @@ class CoreCoordinates:
         nodes: Int[np.ndarray, " some"],
         least: Float[np.ndarray, " some"],
     ) -> Float[np.ndarray, "some 3"]:
-        """How far to move nodes that are nearer to the rod's curve than ``least`` to be as far from it."""
+        """Return displacements that bring nodes to at least the distance ``least`` from the rod's curve."""
         across, frames = self._across(positions, nodes)
         radius = np.linalg.norm(across, axis=1)
         outwards = np.maximum(least / radius - 1.0, 0.0)[:, None] * across
@@ -71,7 +71,7 @@ class CoreCoordinates:
     def distance(
         self, positions: Float[np.ndarray, "points 3"], nodes: Int[np.ndarray, " some"]
     ) -> Float[np.ndarray, " some"]:
-        """Of some nodes from where the rod's curve crosses their section [mm]."""
+        """Return the nodes' distances from the rod's curve in their sections [mm]."""
         across, _ = self._across(positions, nodes)
         distance: np.ndarray = np.linalg.norm(across, axis=1)
         return distance
@@ -79,7 +79,7 @@ class CoreCoordinates:
     def _across(
         self, positions: Float[np.ndarray, "points 3"], nodes: Int[np.ndarray, " some"]
     ) -> tuple[Float[np.ndarray, "some 2"], Float[np.ndarray, "some 3 3"]]:
-        """Coordinates of some nodes across the rod in their sections' frames, and these."""
+        """Return nodes' coordinates across the rod in the frames of their sections, and these frames."""
         centre, frames = self.frames(positions[len(self._level) :])
         level = self._level[nodes]
         local = np.einsum("nji,nj->ni", frames[level], positions[nodes] - centre[level])
@@ -88,7 +88,7 @@ class CoreCoordinates:
     def mean(
         self, positions: list[Float[np.ndarray, "points 3"]], weights: list[float]
     ) -> Float[np.ndarray, "points 3"]:
-        """Weighted mean of deformations, weights adding up to one; negative ones extrapolate."""
+        """Return the weighted mean of deformations; weights add up to one, negative ones extrapolate."""
         nodes = len(self._level)
         turn, distance, local = np.zeros(()), np.zeros(()), []
         for x, weight in zip(positions, weights, strict=True):
@@ -113,18 +113,18 @@ class CoreCoordinates:
 def _mean_around(
     places: list[Float[np.ndarray, "nodes 3"]], weights: list[float]
 ) -> Float[np.ndarray, "nodes 3"]:
-    """Weighted mean of places about an axis along z: of their distances from it, angles around it, and z.
+    """Return the weighted mean of positions in cylindrical coordinates about the z axis.
 
-    A wall that slides around the rod stays as far from it as it was, where a mean of straight coordinates
-    would lift it off, or press it on the rod, by the square of the angle: 5 µm for 0.1 mm, of which the
-    contact makes 0.6 MPa.
+    A wall that slides around the rod keeps its distance. A mean of Cartesian coordinates would lift it off
+    the rod, or press it on, by the square of the angle: 5 µm for a slip of 0.1 mm, or 0.6 MPa of contact
+    pressure.
     """
     across = [place[:, 0] + 1j * place[:, 1] for place in places]
 
     def mean(values: list[np.ndarray]) -> np.ndarray:
         return np.sum([weight * value for weight, value in zip(weights, values, strict=True)], axis=0)
 
-    # From the first one on, so that none is beyond the half turn.
+    # Angles relative to the first position avoid the branch cut at a half turn.
     turned = mean([np.angle(other * across[0].conj()) for other in across])
     found = mean([np.abs(other) for other in across]) * np.exp(1j * (np.angle(across[0]) + turned))
     return np.column_stack([found.real, found.imag, mean([place[:, 2] for place in places])])

@@ -1,12 +1,12 @@
-"""The central rod of the actuator: an inextensible curve with bending stiffness, a cubic B-spline.
+"""Central rod of the actuator: an inextensible cubic B-spline curve with bending stiffness.
 
-The curve c(s), 0 ≤ s ≤ L, has control points P_i as unknowns; s is the arc length at rest. Its energy is
+The unknowns of the curve c(s), 0 ≤ s ≤ L, are its control points P_i; s is the arc length at rest. Its energy
 
-    Σ_spans EA/2 h ē² + EI/2 ∫ |c''|² ds + weight,   ē = (1/h) ∫_span (|c'| − 1) ds:
+    Σ_spans EA/2 h ē² + EI/2 ∫ |c''|² ds + weight,   ē = (1/h) ∫_span (|c'| − 1) ds,
 
-one stretch a span, as many as a span's control points can hold besides bending, so that nothing locks. The
-tension EA ē is an unknown of its own while Newton's method iterates (see `newton`). Torsion has no energy:
-the cavity turns on the rod without friction. Lengths mm, forces N.
+has one stretch ē per span, which avoids locking. The tension EA ē is a separate unknown while Newton's method
+iterates (see `newton`). Torsion has no energy: the cavity rotates on the rod without friction. Lengths mm,
+forces N.
 """
 
 import numpy as np
@@ -14,13 +14,13 @@ from jaxtyping import Float, Int
 from scipy.interpolate import BSpline, PPoly
 
 DEGREE = 3
-# Axial stiffness [N]: the paper's beam is inextensible. A tension of 3 N, that of 70 kPa in all chambers,
+# Axial stiffness EA [N], for the paper's inextensible beam: a tension of 3 N, as of 70 kPa in all chambers,
 # stretches 66 mm by 2 µm.
 AXIAL_STIFFNESS = 1e5
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 
-# Bending stiffness of the rod's solid part, E π r⁴/4 with E = 5 MPa; the paper's embedded beam only fixes its
-# length.
+# Young's modulus [MPa] for the rod's bending stiffness E π r⁴/4; the paper's embedded beam fixes only the
+# rod's length.
 ROD_YOUNG_MODULUS = 5.0
 
 
@@ -29,7 +29,7 @@ class SplineBasis:
 
     Parameters
     ----------
-    length : [mm].
+    length : length L of the curve [mm].
     spans : number of polynomial pieces.
     """
 
@@ -43,12 +43,12 @@ class SplineBasis:
         self._splines = [BSpline(knots, np.eye(self.count), DEGREE)]
         self._splines += [self._splines[0].derivative(order) for order in (1, 2)]
         self._pieces = [self._local_pieces(spline) for spline in self._splines]
-        #: Stations at which control points reproduce the straight rod, c(s) = s e3.
+        #: Greville stations: control points there reproduce the straight rod, c(s) = s e3.
         self.greville = np.array([knots[i + 1 : i + DEGREE + 1].mean() for i in range(self.count)])
 
     def _local_pieces(self, spline: BSpline) -> Float[np.ndarray, "powers spans local"]:
-        """Coefficients of every span's own basis functions in the way from its start, highest power first."""
-        # Knots that coincide at the ends have pieces of no length.
+        """Return the polynomials of every span's basis functions from its start, highest power first."""
+        # Repeated knots at the ends have pieces of zero length.
         each = (BSpline(spline.t, one, spline.k) for one in spline.c.T)
         pieces = np.stack([PPoly.from_spline(one).c for one in each], axis=2)
         pieces = pieces[:, spline.k : spline.k + self.spans]
@@ -56,22 +56,22 @@ class SplineBasis:
         return np.take_along_axis(pieces, own[None], axis=2)
 
     def first_control(self, stations: Float[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
-        """Lowest of the control points that act at each station."""
+        """Return the first control point that acts at each station."""
         return np.clip((stations / self.span).astype(int), 0, self.spans - 1)
 
     def values(self, stations: Float[np.ndarray, " n"], order: int = 0) -> Float[np.ndarray, "n controls"]:
-        """Basis functions, or their first or second derivative, at each station."""
+        """Return the basis functions, or their first or second derivatives, at each station."""
         return self._splines[order](np.clip(stations, 0.0, self.length))
 
     def pieces(self, controls: Float[np.ndarray, "controls 3"]) -> Float[np.ndarray, "spans powers 3"]:
-        """Coefficients of the curve on every span in the way from its start, highest power first."""
+        """Return the curve's polynomial on every span from its start, highest power first."""
         own = controls[np.arange(self.spans)[:, None] + np.arange(DEGREE + 1)]
         return np.einsum("psa,sai->spi", self._pieces[0], own)
 
     def local(
         self, stations: Float[np.ndarray, " n"], first: Int[np.ndarray, " n"], order: int
     ) -> Float[np.ndarray, "n local"]:
-        """Those of `values` that belong to the control points from ``first`` on, on their own span."""
+        """Return the part of `values` for the control points of one span, from ``first`` on."""
         way = (np.clip(stations, 0.0, self.length) - first * self.span)[:, None]
         highest, *lower = self._pieces[order]
         value = highest[first]
@@ -85,9 +85,9 @@ class CoreSpline:
 
     Parameters
     ----------
-    basis : of the curve.
+    basis : spline basis of the curve.
     bending_stiffness : EI [N mm²].
-    mass_per_length : [tonne/mm], so that an acceleration in mm/s² gives newtons.
+    mass_per_length : mass per length [tonne/mm], which times mm/s² gives newtons per mm.
     """
 
     def __init__(self, basis: SplineBasis, bending_stiffness: float, mass_per_length: float) -> None:
@@ -107,7 +107,7 @@ class CoreSpline:
         self.mass = mass_per_length * (weights @ basis.values(stations.ravel()))
 
     def rest(self) -> Float[np.ndarray, "controls 3"]:
-        """Control points of the straight rod along z."""
+        """Return the control points of the straight rod along z."""
         points = np.zeros((self.basis.count, 3))
         points[:, 2] = self.basis.greville
         return points
@@ -116,20 +116,20 @@ class CoreSpline:
         return np.einsum("ega,eai->egi", self._slope, controls[self.connectivity])
 
     def extension(self, controls: Float[np.ndarray, "controls 3"]) -> Float[np.ndarray, " spans"]:
-        """Elongation of every span [mm]."""
+        """Return the elongation of every span [mm]."""
         return (np.linalg.norm(self._tangents(controls), axis=2) - 1.0) @ self._weights
 
     def tension(self, controls: Float[np.ndarray, "controls 3"]) -> Float[np.ndarray, " spans"]:
-        """Constitutive tension of every span [N]."""
+        """Return the constitutive tension of every span [N]."""
         return self.axial_stiffness / self.basis.span * self.extension(controls)
 
     def energy(self, controls: Float[np.ndarray, "controls 3"]) -> float:
-        """Stretch and bending energy [N mm]."""
+        """Return the stretch and bending energy [N mm]."""
         stretch = self.axial_stiffness / self.basis.span / 2.0 * float((self.extension(controls) ** 2).sum())
         return stretch + 0.5 * float(np.einsum("ai,ab,bi->", controls, self.bending, controls))
 
     def force(self, controls: Float[np.ndarray, "controls 3"]) -> Float[np.ndarray, "spans 12"]:
-        """Forces of the stretch on each span's control points, those of `response`."""
+        """Return only the forces of `response`."""
         return self.tension(controls)[:, None] * self._elongation_gradient(controls)
 
     def _elongation_gradient(
@@ -145,12 +145,12 @@ class CoreSpline:
     ) -> tuple[
         Float[np.ndarray, "spans 12"], Float[np.ndarray, "spans 12 12"], Float[np.ndarray, "spans 12"]
     ]:
-        """Forces, tangents and gradients of the elongation, of the stretch on each span's control points.
+        """Return forces and tangents of the stretch, and gradients of the elongation, by span.
 
         Parameters
         ----------
         controls : current control points [mm].
-        tension : of the tangent's geometric part [N].
+        tension : tension in the geometric part of the tangent [N].
         """
         tangent = self._tangents(controls)
         norm = np.linalg.norm(tangent, axis=2)

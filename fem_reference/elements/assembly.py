@@ -1,12 +1,12 @@
-"""Sum of named force groups and of the walls' contact: energy, residual forces and sparse stiffness.
+"""Assembly of named force groups and wall contact: energy, residual forces and sparse stiffness.
 
-Groups act on points: nodes of the mesh, and where there is one the control points of the core's curve. The
-sparse system is in unknowns; `Unknowns` says how these move the points.
+Groups act on points: the nodes of the mesh and, in the actuator, the control points of the rod's curve. The
+sparse system is in unknowns; `Unknowns` maps matrices over points to matrices over unknowns.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import scipy.sparse as sparse
@@ -21,17 +21,18 @@ from fem_reference.walls import WallContact, WallPairs
 Entries = tuple[Int[np.ndarray, " n"], Int[np.ndarray, " n"], Float[np.ndarray, " n"]]
 
 
+@runtime_checkable
 class Unknowns(Protocol):
-    """How matrices over points become matrices over unknowns."""
+    """Map from matrices over points to matrices over unknowns."""
 
     def blocks(
         self, connectivity: Int[np.ndarray, "elements points"], stiffness: Float[np.ndarray, "elements n n"]
     ) -> Float[np.ndarray, "elements n n"]:
-        """Local matrices over the unknowns that the pattern numbers an element's points by."""
+        """Return element matrices over the unknowns of each element's points."""
         ...
 
     def entries(self, matrix: sparse.spmatrix) -> Entries:
-        """Upper triangle, over the unknowns, of a matrix over all components of all points."""
+        """Return the upper triangle, over unknowns, of a matrix over all components of all points."""
         ...
 
 
@@ -41,17 +42,18 @@ class Assembled:
 
     Parameters
     ----------
-    force : on every point [N].
-    data : of the stiffness, in the pattern.
-    wall_stiffness, pairs : of walls in contact, over all components of all points; None where there are none.
-    laws, gradients : by the group's name, what its own forces' update needs (see `Response`).
+    force : force on every point [N].
+    data : values of the stiffness in the sparsity pattern.
+    wall_stiffness : contact stiffness over all components of all points; None without contact.
+    pairs : wall pairs in contact; None without contact.
+    laws, gradients : by group name, the parts of `Response` that update its own forces.
     """
 
     force: Points
     data: Float[np.ndarray, " nonzeros"]
     wall_stiffness: sparse.csr_matrix | None
     pairs: WallPairs | None
-    laws: Mapping[str, Own | None]
+    laws: Mapping[str, Own]
     gradients: Mapping[str, Own]
 
 
@@ -59,7 +61,7 @@ def local_dofs(
     groups: Mapping[str, ForceGroup],
     number: Callable[[Int[np.ndarray, "elements points"]], Int[np.ndarray, "elements dofs"]],
 ) -> dict[str, Int[np.ndarray, "elements dofs"]]:
-    """Unknowns of every group's elements, by the group's name; −1 for points of no weight."""
+    """Return the unknowns of every group's elements by group name; −1 for points without weight."""
     numbered = {}
     for name, group in groups.items():
         dofs = number(group.connectivity)
@@ -72,7 +74,7 @@ def local_dofs(
 def pressure_groups(
     chambers: list[Chamber], pressure: Float[np.ndarray, " chambers"]
 ) -> dict[str, FollowerPressure]:
-    """The chambers' follower pressures [MPa], a group for each patch."""
+    """Return the chambers' follower pressures [MPa] as one group per patch."""
     return {
         name: FollowerPressure(patch, float(p))
         for p, chamber, names in zip(pressure, chambers, patch_names(chambers), strict=True)
@@ -81,28 +83,28 @@ def pressure_groups(
 
 
 def patch_names(chambers: list[Chamber]) -> list[list[str]]:
-    """Names of `pressure_groups`, chamber by chamber."""
+    """Return the names of `pressure_groups`, chamber by chamber."""
     return [[f"chamber {k}, patch {j}" for j, _ in enumerate(c.patches)] for k, c in enumerate(chambers)]
 
 
 def total_energy(groups: Mapping[str, ForceGroup], walls: WallContact, positions: Points) -> float:
-    """Energy of all groups and of the walls' contact [N mm]."""
+    """Return the energy of all groups and of wall contact [N mm]."""
     return sum(group.energy(positions) for group in groups.values()) + walls.energy(positions)
 
 
 def assemble_forces(
     groups: Mapping[str, ForceGroup], walls: WallContact, positions: Points, own: Mapping[str, Own]
-) -> tuple[Points, dict[str, Own | None], bool]:
-    """Force on every point [N], the own forces' laws, and whether walls touch."""
-    of_walls = walls.force(positions)
-    force = np.zeros_like(positions) if of_walls is None else of_walls
-    laws: dict[str, Own | None] = {}
+) -> tuple[Points, dict[str, Own], bool]:
+    """Return the force on every point [N], the laws of the own forces, and whether walls touch."""
+    wall_force = walls.force(positions)
+    force = np.zeros_like(positions) if wall_force is None else wall_force
+    laws: dict[str, Own] = {}
     for name, group in groups.items():
         local, law = group.force(positions, own.get(name))
         force += scatter(group.connectivity, local, len(positions))
         if name in own:
             laws[name] = law
-    return force, laws, of_walls is not None
+    return force, laws, wall_force is not None
 
 
 def assemble(
@@ -114,16 +116,16 @@ def assemble(
     unknowns: Unknowns,
     before: WallPairs | None = None,
 ) -> Assembled:
-    """Forces and stiffness.
+    """Assemble forces and stiffness.
 
     Parameters
     ----------
-    groups, walls : what is summed.
-    positions : of all points.
-    own : own forces by the group's name. A stiff group without an entry takes those of its law.
-    pattern : of the stiffness; it grows where walls have come near each other.
-    unknowns : of the sparse system.
-    before : pairs of walls where the last step began; see `pair_forces`.
+    groups, walls : force groups and wall contact to sum.
+    positions : positions of all points.
+    own : own forces by group name. A stiff group without an entry uses those of its law.
+    pattern : sparsity pattern of the stiffness; it grows where walls have come near each other.
+    unknowns : map to the unknowns of the sparse system.
+    before : wall pairs at the start of the last step; see `pair_forces`.
     """
     contact = walls.iterate(positions, before)
     force = np.zeros_like(positions)
@@ -134,7 +136,7 @@ def assemble(
     data = np.zeros(len(pattern))
     if contact is not None:
         pattern.add_entries(data, *entries)
-    laws: dict[str, Own | None] = {}
+    laws: dict[str, Own] = {}
     gradients: dict[str, Own] = {}
     for name, group in groups.items():
         local, stiffness, law, gradient = group.response(positions, own.get(name))
@@ -153,7 +155,7 @@ def convexified(
     pattern: SparsePattern,
     unknowns: Unknowns,
 ) -> Float[np.ndarray, " nonzeros"]:
-    """The stiffness' data with the walls' contact made convex, pair by pair."""
+    """Return the stiffness data with every wall pair's negative eigenvalues removed."""
     convex = data.copy()
     concave = walls.concave_part(positions)
     if concave is not None:
@@ -164,15 +166,15 @@ def convexified(
 def own_after(
     groups: Mapping[str, StiffGroup],
     own: Mapping[str, Own],
-    laws: Mapping[str, Own | None],
+    laws: Mapping[str, Own],
     gradients: Mapping[str, Own],
     positions: Points,
     move: Points,
     fraction: float,
 ) -> dict[str, Own]:
-    """Own forces after a fraction of a Newton step that begins at ``positions`` with ``own``."""
+    """Return the own forces after a fraction of a Newton step from ``positions`` with ``own``."""
     after = {}
     for name, group in groups.items():
-        whole = group.own_after(positions, own[name], laws[name], gradients[name], move)
-        after[name] = own[name] + fraction * (whole - own[name])
+        full_step = group.own_after(positions, own[name], laws[name], gradients[name], move)
+        after[name] = own[name] + fraction * (full_step - own[name])
     return after

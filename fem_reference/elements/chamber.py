@@ -1,7 +1,7 @@
-"""Volume of the closed chambers with its gradient and Hessian: the follower pressure's work, exactly.
+"""Exact volume of the closed chambers, with gradient and Hessian, for the work of a follower pressure.
 
-A chamber's wall is closed by fans over the loops where it is cut. On a helically periodic cell the fans'
-choice of apex drops out, because the two cuts are images of each other. Lengths mm.
+A chamber's wall is closed by triangle fans over its boundary loops. On a helically periodic cell the fans'
+apex has no influence, because the two cuts are images of each other. Lengths mm.
 """
 
 import numpy as np
@@ -22,7 +22,7 @@ class Chamber:
 
     def __init__(self, mesh: BodyMesh, boundary: str) -> None:
         facets = mesh.oriented(boundary)
-        #: Wall facets as cycles of four nodes, their normals out of the chamber.
+        #: Wall facets as cycles of four nodes, normals pointing out of the chamber.
         self.quads = cut(facets, mesh.order)
         fans = [_fan(loop, mesh.points) for loop in _loops(facets, mesh.order)]
         #: Wall and fans.
@@ -36,7 +36,7 @@ class Chamber:
 
 
 def _loops(facets: Int[np.ndarray, "facets _"], order: int) -> list[Int[np.ndarray, "edges nodes"]]:
-    """Boundary loops of a patch of oriented facets, each running against the facets' edges."""
+    """Return the boundary loops of a patch of oriented facets, each running against the facets' edges."""
     grid = facets.reshape(-1, order + 1, order + 1)
     sides = np.concatenate([grid[:, 0, :], grid[:, :, -1], grid[:, -1, ::-1], grid[:, ::-1, 0]])
     ends = {(int(side[0]), int(side[-1])): side for side in sides}
@@ -54,14 +54,13 @@ def _loops(facets: Int[np.ndarray, "facets _"], order: int) -> list[Int[np.ndarr
 def _fan(
     loop: Int[np.ndarray, "edges _"], points: Float[np.ndarray, "nodes 3"]
 ) -> Int[np.ndarray, "triangles _"]:
-    """Ruled triangles that close a loop, oriented like the facets beyond it: the apex and an edge's nodes.
+    """Close a loop by ruled triangles, oriented like the facets: each is the apex and an edge's nodes.
 
-    The apex is chosen by the section's coordinates, so that the fans of two sections are images of each
-    other.
+    The apex is chosen by x and y, so that the fans of two sections are images of each other.
     """
     first = min(range(len(loop)), key=lambda i: tuple(np.round(points[loop[i][0], :2], 6)))
     edges = np.roll(loop, -first, axis=0)
     if loop.shape[1] == 2:
-        # Straight edges at the apex span nothing.
+        # Straight edges at the apex enclose no area.
         return np.column_stack([np.full(len(loop) - 2, edges[0, 0]), edges[1:-1]])
     return np.column_stack([np.full(len(loop), edges[0, 0]), edges])

@@ -1,7 +1,7 @@
 """Eigenvalues and eigenvectors of many symmetric 3×3 matrices at once, by Jacobi's cyclic rotations.
 
-LAPACK takes them one by one, at some microseconds each. Here every rotation is applied to all of them
-together; four sweeps reach round-off, as the off-diagonal elements fall quadratically.
+LAPACK takes some microseconds for each matrix. Here every rotation is applied to all matrices at once; four
+sweeps reach round-off, because the off-diagonal elements fall quadratically.
 
 References
 ----------
@@ -15,21 +15,21 @@ from jaxtyping import Float
 
 _SWEEPS = 4
 _PLANES = ((0, 1, 2), (0, 2, 1), (1, 2, 0))
-# Keeps 0/0 from a matrix that is diagonal already.
+# Avoids 0/0 for a diagonal matrix.
 _TINY = 1e-300
 
 
 def symmetric_eigen(
     matrix: Float[Array, "3 3 *batch"],
 ) -> tuple[Float[Array, "3 *batch"], Float[Array, "3 3 *batch"]]:
-    """Eigenvalues, in no order, and eigenvectors as columns.
+    """Return eigenvalues, in no order, and eigenvectors as columns.
 
     Parameters
     ----------
-    matrix : symmetric; only the upper triangle is read. In double precision: `jax.enable_x64`.
+    matrix : symmetric matrices in double precision (`jax.enable_x64`); only the upper triangle is read.
     """
     diagonal = [matrix[i, i] for i in range(3)]
-    # Off-diagonal element opposite to each axis.
+    # Off-diagonal elements, each in the plane normal to its axis.
     across = [matrix[1, 2], matrix[0, 2], matrix[0, 1]]
     vectors = [[jnp.full_like(diagonal[0], float(i == j)) for j in range(3)] for i in range(3)]
     start = (jnp.stack(diagonal), jnp.stack(across), jnp.stack([jnp.stack(row) for row in vectors]))
@@ -38,7 +38,7 @@ def symmetric_eigen(
 
 
 def _sweep(state: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
-    """Rotations in all three planes."""
+    """Rotate once in each of the three planes."""
     diagonal, across = list(state[0]), list(state[1])
     vectors = [list(row) for row in state[2]]
     for p, q, r in _PLANES:

@@ -5,7 +5,7 @@ while Newton's method iterates (see `newton`). It is condensed element by elemen
 has the points' displacements alone. Lengths mm, forces N.
 """
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -18,16 +18,18 @@ from fem_reference.elements.viscous_solid import ViscousSolid
 Points = Float[np.ndarray, "points 3"]
 #: A stiff group's own forces, and their gradients in the displacements: one row an element.
 Own = Float[np.ndarray, "elements *modes"]
+_NONE: Own = np.empty(0)
 
 
 class Forces(NamedTuple):
     """Forces of every element on its points, and the own forces that the material's law gives.
 
-    ``law`` is None for a group without own forces, and where it takes no time to evaluate it anew.
+    ``law`` is empty for a group without own forces, and for one that evaluates its law anew when a step is
+    taken.
     """
 
     force: Float[np.ndarray, "elements dofs"]
-    law: Own | None = None
+    law: Own = _NONE
 
 
 class Response(NamedTuple):
@@ -35,10 +37,11 @@ class Response(NamedTuple):
 
     force: Float[np.ndarray, "elements dofs"]
     stiffness: Float[np.ndarray, "elements dofs dofs"]
-    law: Own | None = None
+    law: Own = _NONE
     gradient: Own | None = None
 
 
+@runtime_checkable
 class ForceGroup(Protocol):
     """What the assembly asks of a group; ``own`` is None for a group without own forces."""
 
@@ -69,10 +72,11 @@ class ForceGroup(Protocol):
         ...
 
 
+@runtime_checkable
 class StiffGroup(ForceGroup, Protocol):
     """A group with own forces."""
 
-    def own_after(self, positions: Points, own: Own, law: Own | None, gradient: Own, move: Points) -> Own:
+    def own_after(self, positions: Points, own: Own, law: Own, gradient: Own, move: Points) -> Own:
         """Own forces after a Newton step.
 
         Parameters
@@ -85,6 +89,7 @@ class StiffGroup(ForceGroup, Protocol):
         ...
 
 
+@runtime_checkable
 class Displacements(Protocol):
     """Elements whose forces follow from the positions alone."""
 
@@ -168,7 +173,7 @@ class SolidGroup:
             stiffness += self._viscous.matrices
         return Response(force, stiffness, law, gradient)
 
-    def own_after(self, positions: Points, own: Own, law: Own | None, gradient: Own, move: Points) -> Own:
+    def own_after(self, positions: Points, own: Own, law: Own, gradient: Own, move: Points) -> Own:
         """See `StiffGroup.own_after`."""
         return self._solid.pressure_after(law, gradient, move)
 
@@ -193,7 +198,7 @@ class ThreadGroup:
         force, stiffness, gradient = self._thread.response(positions, own)
         return Response(force, stiffness, gradient=gradient)
 
-    def own_after(self, positions: Points, own: Own, law: Own | None, gradient: Own, move: Points) -> Own:
+    def own_after(self, positions: Points, own: Own, law: Own, gradient: Own, move: Points) -> Own:
         """See `StiffGroup.own_after`."""
         return self._thread.tension_after(positions, own, lengthening(gradient, move[self.connectivity]))
 

@@ -1,8 +1,8 @@
-"""Compiled loops over the Gauss points of some hexahedra: forces, tangents and dilatations.
+"""Compiled loops over the Gauss points of a chunk of hexahedra: forces, tangents and dilatations.
 
-Stress and tangent are evaluated in the principal frame at each point and integrated there, with the shape
-functions' gradients turned into it: the tangent is never turned back. Only its blocks of directions i ≤ k are
-integrated, as it is symmetric. Components come first and elements last, so that the innermost loops, over
+Stress and tangent are evaluated and integrated in the principal frame at each point. The shape functions'
+gradients are rotated into that frame, so the tangent is never rotated back. It is symmetric: only blocks of
+directions i ≤ k are integrated. Components come first and elements last, so that the innermost loops, over
 elements, are vectorised. See `solid` for the mechanics. Lengths mm, stresses MPa.
 """
 
@@ -27,13 +27,13 @@ from fem_reference.elements.ogden import (
     stored,
 )
 
-# Up to here a sum over points that is written out, vectorised over elements, takes half as long as a product
-# of matrices; with the 27 nodes of a quadratic element it takes twice as long.
+# Up to this many nodes an unrolled sum over points, vectorised over elements, takes half the time of a matrix
+# product; with the 27 nodes of a quadratic element it takes twice the time.
 _FEW_NODES = 8
 
 
 class ElementChunk(NamedTuple):
-    """Elements at rest: ∂N_a/∂X_J at every Gauss point, weights, pressure modes and volumes."""
+    """Elements at rest: ∂N_a/∂X_J, weights and pressure modes at every Gauss point, and volumes."""
 
     gradients: Float[Array, "nodes 3 points elements"]
     weights: Float[Array, "points elements"]
@@ -53,13 +53,13 @@ def response(
     Float[Array, "nodes 3 nodes 3 elements"],
     Float[Array, "modes elements"],
 ]:
-    """Forces, V_e ∂ϑ_j/∂x, stiffness with the pressures condensed, and κ ϑ_j.
+    """Return forces, V_e ∂ϑ_j/∂x, stiffness with the pressures condensed, and κ ϑ_j.
 
     Parameters
     ----------
-    chunk, moduli, bulk_modulus : the elements and their material.
+    chunk, moduli, bulk_modulus : elements and their material.
     local : positions of each element's nodes.
-    pressure : π_j of the tangent's geometric part; κ ϑ_j where none is given.
+    pressure : π_j in the geometric part of the tangent; κ ϑ_j if None.
     """
     at_points = _at_points(chunk, moduli, bulk_modulus, local, pressure)
     force, volume_gradient, turned, tangent, constitutive = at_points
@@ -67,7 +67,7 @@ def response(
     return force, volume_gradient, _condensed(chunk, bulk_modulus, volume_gradient, blocks), constitutive
 
 
-# Compiled apart, here and below: in one piece XLA works out anew, for every use, what the next one reads.
+# The stages are compiled separately: in one program XLA would recompute intermediate arrays at every use.
 @jax.jit
 def _at_points(
     chunk: ElementChunk, moduli: Moduli, bulk_modulus: Array, local: Array, pressure: Array | None
@@ -78,7 +78,7 @@ def _at_points(
     Float[Array, "6 3 3 points elements"],
     Float[Array, "modes elements"],
 ]:
-    """Forces, V_e ∂ϑ_j/∂x, gradients and weighted tangent in the principal frame at each point, and κ ϑ_j."""
+    """Return forces, V_e ∂ϑ_j/∂x, gradients and weighted tangent in the principal frames, and κ ϑ_j."""
     F = stored(_deformation_gradient(chunk, local))
     at, growth = stored((principal(F), _growth(F)))
     constitutive = bulk_modulus * _mean(chunk, growth)
@@ -102,7 +102,7 @@ def _at_points(
 def _condensed(
     chunk: ElementChunk, bulk_modulus: Array, volume_gradient: Array, blocks: Array
 ) -> Float[Array, "nodes 3 nodes 3 elements"]:
-    """Matrices of all directions, with what the pressures add."""
+    """Return the full element matrices, with the condensed pressures' contribution."""
     stiffness = _from_blocks(blocks)
     for gradient in volume_gradient:
         stiffness += bulk_modulus / chunk.volume * gradient[:, :, None, None] * gradient
@@ -113,7 +113,7 @@ def _condensed(
 def force(
     chunk: ElementChunk, moduli: Moduli, bulk_modulus: Array, local: Float[Array, "nodes 3 elements"]
 ) -> tuple[Float[Array, "nodes 3 elements"], Float[Array, "modes elements"]]:
-    """Forces and κ ϑ_j alone, those of `response`."""
+    """Return only the forces and κ ϑ_j of `response`."""
     F = stored(_deformation_gradient(chunk, local))
     at, growth = stored((principal(F), _growth(F)))
     constitutive = bulk_modulus * _mean(chunk, growth)
@@ -127,7 +127,7 @@ def force(
 def energy(
     chunk: ElementChunk, moduli: Moduli, bulk_modulus: Array, local: Float[Array, "nodes 3 elements"]
 ) -> Float[Array, " elements"]:
-    """Strain energy of each element."""
+    """Return the strain energy of each element."""
     F = _deformation_gradient(chunk, local)
     at, squares = principal(F), (_mean(chunk, _growth(F)) ** 2).sum(axis=0)
     isochoric = (chunk.weights * isochoric_energy(moduli, at)).sum(axis=0)
@@ -138,14 +138,14 @@ def energy(
 def dilatation(
     chunk: ElementChunk, local: Float[Array, "nodes 3 elements"]
 ) -> Float[Array, "modes elements"]:
-    """ϑ_j of each element."""
+    """Return ϑ_j of each element."""
     return _mean(chunk, _growth(_deformation_gradient(chunk, local)))
 
 
 def viscosity(
     chunk: ElementChunk, modulus: float, local: Float[ArrayLike, "nodes 3 elements"]
 ) -> Float[Array, "nodes 3 nodes 3 elements"]:
-    """Matrices of ∫ 2μ D:D dV, D the deviator of the rate of strain where the body is now."""
+    """Return the matrices of ∫ 2μ D:D dV, with D the deviatoric strain rate in the current configuration."""
     tangent = _viscous_tangent(chunk, modulus, local)
     return _from_blocks(_integrated(jnp.swapaxes(chunk.gradients, 0, 1), tangent))
 
@@ -154,7 +154,7 @@ def viscosity(
 def _viscous_tangent(
     chunk: ElementChunk, modulus: Array, local: Array
 ) -> Float[Array, "6 3 3 points elements"]:
-    """With its weights, in the frame of the body at rest, for each pair of `BLOCKS`."""
+    """Return the weighted tangent in the reference frame, for each pair of `BLOCKS`."""
     F = _deformation_gradient(chunk, local)
     cofactor = jnp.stack([jnp.cross(F[(i + 1) % 3], F[(i + 2) % 3], axis=0) for i in range(3)])
     inverse = cofactor / (F[0] * cofactor[0]).sum(axis=0)  # (F⁻¹)_Ji as [i, J]
@@ -180,7 +180,7 @@ def _deformation_gradient(chunk: ElementChunk, local: Array) -> Float[Array, "3 
 
 
 def _growth(F: Float[Array, "3 3 points elements"]) -> Float[Array, "points elements"]:
-    """Growth det F − 1 of the volume."""
+    """Return the relative volume change det F − 1."""
     return dot(F[0], jnp.cross(F[1], F[2], axis=0)) - 1.0
 
 
@@ -189,14 +189,14 @@ def _mean(chunk: ElementChunk, growth: Float[Array, "points elements"]) -> Float
 
 
 def _turned(chunk: ElementChunk, frame: Array) -> Float[Array, "3 nodes points elements"]:
-    """Gradients along the columns of ``frame``."""
+    """Return the gradients along the columns of ``frame``."""
     return jnp.stack([dot(frame[:, a, None], jnp.swapaxes(chunk.gradients, 0, 1)) for a in range(3)])
 
 
 def _pull(turned: Array, stress: Float[Array, "3 3 points elements"]) -> Float[Array, "nodes 3 elements"]:
-    """Σ_q dN_a·T_i, the directions of both turned alike."""
+    """Return the nodal forces Σ_q dN_a·T_i, with gradients and stresses in the same frame."""
     points = range(turned.shape[2])
-    # Point by point: a sum over an axis in the middle is not vectorised.
+    # Unrolled over points: XLA does not vectorise a sum over an inner axis.
     sums = [sum(dot(stress[i, :, None, q], turned[:, :, q]) for q in points) for i in range(3)]
     return jnp.stack(sums, axis=1)
 
@@ -205,7 +205,7 @@ def _pull(turned: Array, stress: Float[Array, "3 3 points elements"]) -> Float[A
 def _integrated(
     gradients: Float[Array, "3 nodes points elements"], tangent: Float[Array, "6 3 3 points elements"]
 ) -> Float[Array, "6 nodes nodes elements"]:
-    """Σ_q dN_aJ A_iJkL dN_bL for each pair (i, k) of `BLOCKS`, both in one frame at each point."""
+    """Return Σ_q dN_aJ A_iJkL dN_bL for each pair (i, k) of `BLOCKS`, all in the same frame at each point."""
     nodes, points = gradients.shape[1:3]
     right = stored(sum(tangent[:, :, L, None] * gradients[L] for L in range(3)))
     if nodes > _FEW_NODES:
@@ -215,8 +215,8 @@ def _integrated(
 
 @jax.jit
 def _from_blocks(blocks: Float[Array, "6 nodes nodes elements"]) -> Float[Array, "nodes 3 nodes 3 elements"]:
-    """Symmetric matrices from what `BLOCKS` says of them."""
-    of = {}
+    """Return symmetric matrices from their `BLOCKS`."""
+    full = {}
     for (i, k), block in zip(BLOCKS, blocks, strict=True):
-        of[k, i], of[i, k] = jnp.swapaxes(block, 0, 1), block
-    return jnp.stack([jnp.stack([of[i, k] for k in range(3)], axis=2) for i in range(3)], axis=1)
+        full[k, i], full[i, k] = jnp.swapaxes(block, 0, 1), block
+    return jnp.stack([jnp.stack([full[i, k] for k in range(3)], axis=2) for i in range(3)], axis=1)

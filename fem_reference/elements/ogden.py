@@ -1,8 +1,8 @@
 """Isochoric Ogden hyperelasticity in principal stretches: energy, stress and tangent at many points at once.
 
-Components come first and points last, so that compiled loops run over the points. Everything is exact for
-equal stretches too: the ratios of differences are written with sinh(x)/x. Stresses are in the unit of the
-moduli (MPa inside the FEM). In double precision only: `jax.enable_x64`.
+Components come first and points last, so that compiled loops run over the points. Equal stretches need no
+special case: ratios of differences are written with sinh(x)/x. Stresses have the unit of the moduli (MPa
+inside the FEM). Double precision is required (`jax.enable_x64`).
 """
 
 import math
@@ -18,14 +18,14 @@ from fem_reference.elements.eigen3 import symmetric_eigen
 from fem_reference.geometry import BULK_TO_SHEAR, refuse_implausible
 
 _PAIRS = ((0, 1), (1, 2), (2, 0))
-#: Pairs i ≤ k of directions, one for each block of a tangent; that of (k, i) is its transpose.
+#: Pairs i ≤ k of directions, one for each block of a tangent; block (k, i) is the transpose of (i, k).
 BLOCKS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-# Below this, sinh(x)/x is summed up to x⁸/9!: the first term left out is under 1e-22, and a difference of
-# exponentials would lose more than a hundred roundings.
+# Below this, sinh(x)/x is its series up to x⁸/9!: the first omitted term is under 1e-22, while a difference
+# of exponentials would lose over two digits.
 _SERIES_BELOW = 0.01
-# Later stages read what earlier ones have stored; else XLA would work it out anew for every use.
+# Keeps intermediate results in memory; otherwise XLA recomputes them at every use.
 stored = jax.lax.optimization_barrier
-# Of the paper's silicone [Pa].
+# Constants of the paper's silicone [Pa].
 _PAPER_MODULI, _PAPER_BULK_MODULUS = (0.00681e6, -0.2881e6, 0.38165e6), 100e6
 
 
@@ -49,14 +49,14 @@ class Ogden:
 
     shear_moduli: tuple[float, ...] = _PAPER_MODULI
     exponents: tuple[float, ...] = (9.33, 3.376, 2.487)
-    # None only until the moduli are known.
+    # None only until `__post_init__` knows the moduli.
     bulk_modulus: float = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         if len(self.shear_moduli) != len(self.exponents) or not self.exponents:
             raise ValueError(
                 f"shear_moduli and exponents: got {len(self.shear_moduli)} and {len(self.exponents)} values, "
-                "expected as many of one as of the other, at least one"
+                "expected equal numbers, at least one"
             )
         if any(a == 0.0 for a in self.exponents):
             raise ValueError(f"exponents: got {self.exponents}, expected none to be zero")
@@ -88,16 +88,20 @@ class Ogden:
 
 
 class Moduli(NamedTuple):
-    """Constants μ_i and α_i of an Ogden solid's isochoric part."""
+    """Constants μ_i and α_i of the isochoric part of an Ogden solid."""
 
     shear_moduli: Float[Array, " terms"]
     exponents: Float[Array, " terms"]
 
 
 class Principal(NamedTuple):
-    """Polar parts of F = Σ λ_i n_i ⊗ N_i; directions are columns: the components of n_j are ``after[:, j]``.
+    """Spectral form F = Σ λ_i n_i ⊗ N_i.
 
-    ``deviatoric`` : ln λ_i less their mean.
+    Parameters
+    ----------
+    stretch, strain : λ_i and ln λ_i.
+    deviatoric : ln λ_i minus their mean.
+    after, before : directions n_j and N_j as columns: the components of n_j are ``after[:, j]``.
     """
 
     stretch: Float[Array, "3 *points"]
@@ -108,7 +112,7 @@ class Principal(NamedTuple):
 
 
 def principal(F: Float[Array, "3 3 *points"]) -> Principal:
-    """Principal stretches and directions of deformation gradients."""
+    """Return principal stretches and directions of deformation gradients."""
     square = jnp.stack([jnp.stack([dot(F[:, i], F[:, j]) for j in range(3)]) for i in range(3)])
     squared, N = symmetric_eigen(square)
     stretch, strain = jnp.sqrt(squared), 0.5 * jnp.log(squared)
@@ -117,7 +121,7 @@ def principal(F: Float[Array, "3 3 *points"]) -> Principal:
 
 
 def isochoric_energy(moduli: Moduli, at: Principal) -> Float[Array, "*points"]:
-    """Isochoric strain energy per reference volume."""
+    """Return the isochoric strain energy per reference volume."""
     energy = jnp.zeros_like(at.strain[0])
     for mu, alpha in zip(*moduli, strict=True):
         # expm1 keeps the small-strain energy free of cancellation.
@@ -126,7 +130,7 @@ def isochoric_energy(moduli: Moduli, at: Principal) -> Float[Array, "*points"]:
 
 
 def isochoric_stress(moduli: Moduli, at: Principal) -> Float[Array, "3 *points"]:
-    """Principal first Piola–Kirchhoff stresses: P = Σ stress_i n_i ⊗ N_i of the isochoric part."""
+    """Return the stresses T_i of the isochoric first Piola–Kirchhoff stress P = Σ T_i n_i ⊗ N_i."""
     kirchhoff = jnp.zeros_like(at.strain)
     for mu, alpha in zip(*moduli, strict=True):
         power = jnp.exp(alpha * at.deviatoric)
@@ -135,10 +139,13 @@ def isochoric_stress(moduli: Moduli, at: Principal) -> Float[Array, "3 *points"]
 
 
 class DyadModuli(NamedTuple):
-    """∂P/∂F in the basis n_i ⊗ N_j: one 3×3 block for the stretches and a 2×2 block for each pair i ≠ j.
+    """∂P/∂F in the basis n_i ⊗ N_j: a 3×3 block for the stretches and a 2×2 block for each pair i ≠ j.
 
-    ``alone`` : of each dyad with itself; the pairs follow as in `_PAIRS`. ``across`` : of n_i ⊗ N_i with
-    n_j ⊗ N_j. ``crossed`` : of n_i ⊗ N_j with n_j ⊗ N_i.
+    Parameters
+    ----------
+    alone : diagonal moduli; first those of n_i ⊗ N_i, then those of each pair of `_PAIRS`.
+    across : moduli between n_i ⊗ N_i and n_j ⊗ N_j.
+    crossed : moduli between n_i ⊗ N_j and n_j ⊗ N_i.
     """
 
     alone: Float[Array, "6 *points"]
@@ -147,7 +154,7 @@ class DyadModuli(NamedTuple):
 
 
 def isochoric_response(moduli: Moduli, at: Principal) -> tuple[Float[Array, "3 *points"], DyadModuli]:
-    """Principal stresses, as `isochoric_stress` gives, and moduli of the isochoric part.
+    """Return the stresses of `isochoric_stress` and the moduli of the isochoric part.
 
     References
     ----------
@@ -165,7 +172,7 @@ def isochoric_response(moduli: Moduli, at: Principal) -> tuple[Float[Array, "3 *
         own += 2.0 / 3.0 * mu * (power + mean)
         for k, (i, j) in enumerate(_PAIRS):
             mutual[k] -= 2.0 / 3.0 * mu * (power[i] + power[j] - mean)
-            # (τ_i − τ_j)/(λ_i² − λ_j²), but for what all terms share.
+            # (τ_i − τ_j)/(λ_i² − λ_j²), without the factor that all terms share.
             gap = 0.5 * alpha * (deviatoric[i] - deviatoric[j])
             ratio[k] += mu * _sinhc(gap, half[i], half[j])
     alone = [(own[i] - kirchhoff[i]) / lam[i] ** 2 for i in range(3)]
@@ -184,17 +191,18 @@ def isochoric_response(moduli: Moduli, at: Principal) -> tuple[Float[Array, "3 *
 def pressure_moduli(
     at: Principal, determinant: Float[Array, "*points"], pressure: Float[Array, "*points"]
 ) -> Float[Array, "3 *points"]:
-    """Moduli ``across`` of p ∂²(det F)/∂F² = p ∂²(λ1 λ2 λ3)/∂λ_i ∂λ_j; ``crossed`` are these, negative."""
+    """Return moduli ``across`` of p ∂²(det F)/∂F² = p ∂²(λ1 λ2 λ3)/∂λ_i ∂λ_j; ``crossed`` are −``across``."""
     work = pressure * determinant
     return jnp.stack([work / (at.stretch[i] * at.stretch[j]) for i, j in _PAIRS])
 
 
 def half_turned(moduli: DyadModuli, after: Float[Array, "3 3 *points"]) -> Float[Array, "6 3 3 *points"]:
-    """Tangent N_Ja (∂P_iJ/∂F_kL) N_Lb over (a, b), one block for each pair (i, k) of `BLOCKS`.
+    """Return the tangent N_Ja (∂P_iJ/∂F_kL) N_Lb over (a, b), one block for each pair (i, k) of `BLOCKS`.
 
     Parameters
     ----------
-    moduli, after : in the basis n_i ⊗ N_j, with n_j the columns of ``after``.
+    moduli : moduli in the basis n_i ⊗ N_j.
+    after : directions n_j as columns.
     """
     n, place = after, {}
     for k, (i, j) in enumerate(_PAIRS):
@@ -212,7 +220,7 @@ def half_turned(moduli: DyadModuli, after: Float[Array, "3 3 *points"]) -> Float
 
 
 def _sinhc(x: Array, up: Array, down: Array) -> Array:
-    """sinh(x)/x times up·down, where up/down = exp(x)."""
+    """Return sinh(x)/x times up·down, where up/down = exp(x)."""
     small = jnp.abs(x) < _SERIES_BELOW
     square = x * x
     series = 1.0 + square / 6.0 * (1.0 + square / 20.0 * (1.0 + square / 42.0 * (1.0 + square / 72.0)))
@@ -221,13 +229,13 @@ def _sinhc(x: Array, up: Array, down: Array) -> Array:
 
 
 def total(a: Array) -> Array:
-    """Sum over the first axis, of three.
+    """Return the sum over the first axis, of length three.
 
-    Written out, as `dot` is: a reduction is a piece of compiled code of its own, with its arrays stored.
+    It is unrolled, like `dot`: XLA compiles a reduction separately and stores its operands.
     """
     return a[0] + a[1] + a[2]
 
 
 def dot(a: Array, b: Array) -> Array:
-    """Product of two arrays summed over their first axis, of three."""
+    """Return the product of two arrays summed over their first axis, of length three."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -1,13 +1,13 @@
-"""Hexahedra with a condensed pressure: internal force and tangent of all elements at once.
+"""Mixed hexahedra with condensed pressures: internal forces and tangents of all elements at once.
 
-Element energy, with the isochoric part at the Gauss points and the volumetric part in the mean dilatation of
-a linear element, or in the dilatation's projection on linear functions in a quadratic one,
+The isochoric energy is integrated at the Gauss points. The volumetric energy uses the mean dilatation in a
+linear element, and the projection of the dilatation on linear functions in a quadratic one:
 
     E_e = Σ_q w_q W_iso(F_q) + V_e κ/2 Σ_j ϑ_j²,    ϑ_j = Σ_q w_q φ_j(q) (det F_q − 1)/V_e,
 
-where the φ_j (1; or 1 and three linear functions of place) are orthogonal: Σ_q w_q φ_i φ_j = V_e δ_ij. The
-pressure's coefficients π_j = κ ϑ_j are kept as unknowns of their own while Newton iterates (see `newton`);
-they are condensed here, element by element. Lengths mm, stresses MPa.
+where the φ_j (1; or 1 and three linear functions of position) are orthogonal: Σ_q w_q φ_i φ_j = V_e δ_ij. The
+pressure coefficients π_j = κ ϑ_j are separate unknowns while Newton's method iterates (see `newton`); they
+are condensed here, element by element. Lengths mm, stresses MPa.
 
 References
 ----------
@@ -33,9 +33,10 @@ from fem_reference.mesh import BodyMesh, MirrorPairs, reference_element
 
 _MPA = 1e6
 
-# Gauss points worked on at once: few enough that their arrays stay in a processor's cache, and not in powers
-# of two, with which they would all lie in the same part of it. As many threads as OpenMP has.
+# Gauss points in one chunk: few enough for the processor's cache, and no power of two, which would map all
+# arrays to the same cache lines.
 _CHUNK = 1920
+# As many threads as OpenMP has.
 _THREADS = int((os.environ.get("OMP_NUM_THREADS") or str(os.cpu_count() or 1)).split(",")[0])
 _POOL = ThreadPoolExecutor(_THREADS)
 
@@ -47,7 +48,8 @@ class SolidElements:
     ----------
     mesh : hexahedra [mm], linear or quadratic.
     material : Ogden solid.
-    halves : which of the hexahedra to work out, and of how many each stands for; by default all.
+    halves : mirror pairs of hexahedra. Only the kept ones are computed, each weighted by the number that it
+        stands for; by default all are.
     """
 
     def __init__(self, mesh: BodyMesh, material: Ogden, halves: MirrorPairs | None = None) -> None:
@@ -68,9 +70,9 @@ class SolidElements:
             self.connectivity.ravel(), (weights @ reference.values).ravel(), len(mesh.points)
         )
         modes = _pressure_modes(reference.values @ corner, weights, mesh.order)
-        #: Pressure coefficients of an element.
+        #: Number of pressure coefficients of an element.
         self.modes = modes.shape[2]
-        # Compiled for one size: the last chunk is filled up with its last element.
+        # All chunks have one size, for one compilation: the last is padded with its last element.
         size = max(_CHUNK // weights.shape[1], 1)
         self._starts = range(0, len(corner), size)
         members = [np.minimum(np.arange(start, start + size), len(corner) - 1) for start in self._starts]
@@ -107,7 +109,7 @@ class SolidElements:
         return result
 
     def dilatation(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "elements modes"]:
-        """ϑ_j of every element; the first is the mean of det F − 1."""
+        """Return ϑ_j of every element; the first is the mean of det F − 1."""
         result = np.empty((len(self), self.modes))
 
         def fill(part: slice, chunk: ElementChunk, local: np.ndarray) -> None:
@@ -134,9 +136,9 @@ class SolidElements:
         volume_gradient: Float[np.ndarray, "elements modes dofs"],
         move: Float[np.ndarray, "nodes 3"],
     ) -> Float[np.ndarray, "elements modes"]:
-        """π_j that a linearised displacement ``move`` leads to: what was condensed out of the step.
+        """Recover the condensed π_j [MPa] after a displacement ``move`` [mm], to first order.
 
-        The first two are what `response` gives where the displacement begins.
+        ``constitutive`` and ``volume_gradient`` come from `response` at the start of the displacement.
         """
         local = move[self.connectivity].reshape(len(self), -1, 1)
         growth = (volume_gradient @ local)[:, :, 0] / self.volume[:, None]
@@ -152,13 +154,13 @@ class SolidElements:
         Float[np.ndarray, "elements modes dofs"],
         Float[np.ndarray, "elements modes"],
     ]:
-        """Element forces, tangents, V_e ∂ϑ_j/∂x and κ ϑ_j [MPa].
+        """Return element forces, tangents, V_e ∂ϑ_j/∂x and κ ϑ_j [MPa].
 
         Parameters
         ----------
         positions : current positions of the nodes [mm].
-        pressure : π_j of the tangent's geometric part [MPa]; by default κ ϑ_j, which makes the tangent the
-            exact Hessian of the energy.
+        pressure : π_j in the geometric part of the tangent [MPa]; by default κ ϑ_j, which makes the tangent
+            the exact Hessian of the energy.
         """
         nodes = self.connectivity.shape[1]
         force, stiffness = np.empty((len(self), 3 * nodes)), np.empty((len(self), 3 * nodes, 3 * nodes))
@@ -182,7 +184,7 @@ class SolidElements:
     def force(
         self, positions: Float[np.ndarray, "nodes 3"]
     ) -> tuple[Float[np.ndarray, "elements dofs"], Float[np.ndarray, "elements modes"]]:
-        """Element forces and κ ϑ_j [MPa] alone, those of `response`."""
+        """Return only the element forces and κ ϑ_j [MPa] of `response`."""
         result = np.empty((len(self), 3 * self.connectivity.shape[1]))
         constitutive = np.empty((len(self), self.modes))
 
@@ -195,9 +197,9 @@ class SolidElements:
         return result, constitutive
 
     def viscosity(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "elements dofs dofs"]:
-        """Element matrices of ∫ 2μ D:D dV, D the deviator of the rate of strain where the body is now.
+        """Return element matrices of ∫ 2μ D:D dV, with D the deviatoric strain rate at these positions.
 
-        That of a viscous solid with a relaxation time of one. Rigid motions cost nothing.
+        They belong to a viscous solid with a relaxation time of one. Rigid motions have no resistance.
         """
         dofs = 3 * self.connectivity.shape[1]
         matrices = np.empty((len(self), dofs, dofs))
@@ -215,28 +217,28 @@ class SolidElements:
         fill: Callable[[slice, ElementChunk, Float[np.ndarray, "nodes 3 elements"]], None],
         positions: Float[np.ndarray, "nodes 3"],
     ) -> None:
-        """Call ``fill`` for all elements, some at a time, with their nodes' positions."""
+        """Call ``fill`` for every chunk of elements, with their nodes' positions."""
 
         def at(start: int, chunk: ElementChunk, members: np.ndarray) -> None:
             local = np.ascontiguousarray(positions[members].transpose(1, 2, 0))
-            # The setting is one of a thread.
+            # The setting is thread-local.
             with jax.enable_x64(True):
                 fill(slice(start, start + len(members)), chunk, local)
 
-        # Compiled code lets go of the interpreter; chunks do not depend on each other.
+        # Compiled code releases the interpreter lock, and chunks are independent.
         over = map if _THREADS == 1 else _POOL.map
         for _ in over(at, self._starts, self._chunks, self._members):
             pass
 
 
 def _by_element(values: Any) -> Float[np.ndarray, "elements ..."]:
-    """Values of nodes (…, node, 3, element) as (element, …, 3 node + i)."""
+    """Reorder nodal values (…, node, 3, element) to (element, …, 3 node + i)."""
     values = np.moveaxis(np.asarray(values), -1, 0)
     return values.reshape(*values.shape[:-2], -1)
 
 
 def _matrices(values: Any) -> Float[np.ndarray, "elements dofs dofs"]:
-    """Matrices of nodes (node, 3, node, 3, element) as (element, 3 node + i, 3 node + k)."""
+    """Reorder matrices (node, 3, node, 3, element) to (element, 3 node + i, 3 node + k)."""
     dofs = values.shape[0] * 3
     return np.asarray(values).reshape(dofs * dofs, -1).T.reshape(-1, dofs, dofs)
 
@@ -244,7 +246,7 @@ def _matrices(values: Any) -> Float[np.ndarray, "elements dofs dofs"]:
 def _pressure_modes(
     places: Float[np.ndarray, "elements points 3"], weights: Float[np.ndarray, "elements points"], order: int
 ) -> Float[np.ndarray, "elements points modes"]:
-    """Functions φ_j at the Gauss points: constant, and of quadratic elements linear in the place at rest."""
+    """Return φ_j at the Gauss points: 1, and in quadratic elements three linear functions of position."""
     volume = weights.sum(axis=1)[:, None, None]
     functions = np.ones((*weights.shape, 1))
     if order == 2:

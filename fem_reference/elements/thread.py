@@ -1,14 +1,14 @@
 """Thread embedded in the host mesh: straight elastic segments whose end points move with the hexahedra.
 
-A segment of rest length L0 has the energy EA/2 L0 (l/L0 − 1)², and in compression that or a share of it, if
-it is a yarn that goes slack. A chain of bars folds instead, and the sooner the shorter its segments are.
+A segment of rest length L0 has the energy EA/2 L0 (l/L0 − 1)². In compression a yarn that goes slack has only
+a fraction of it; with the full stiffness the chain of bars buckles, the sooner the shorter its segments.
 Lengths mm, forces N.
 
-Its translations are interpolated from the host's nodes, as the paper's embedded elements do: those on the
-thread's axis, or their mean over its circumference. The difference is one of convergence. A line in a solid
-has no hold on it: under a line load the displacement grows without bound as elements shrink, like the
-logarithm of their size. The mean over the circumference of a thread of finite radius does converge, and is
-the same as long as elements are much larger than the thread.
+The displacement of a thread point is interpolated from the host's nodes, as in the paper's embedded elements:
+on the thread's axis, or as the mean over its circumference. On the axis the result does not converge: under a
+line load the displacement of a solid grows without bound as elements shrink, like the logarithm of their
+size. The mean over the circumference of a thread of finite radius converges; the two agree while elements
+are much larger than the thread.
 
 References
 ----------
@@ -31,16 +31,16 @@ class ThreadSegments:
 
     Parameters
     ----------
-    mesh : host mesh [mm]; the threads' circumferences lie within, but for those flattened at its end faces.
-    winding : layout; thread : its elasticity.
-    radius, length : of the winding's cylinder [m].
-    points_per_turn : segments per turn of a helix, or of a ring; about one per distance of nodes.
-    start : height from which on the threads lie [m].
+    mesh : host mesh [mm]; it contains the threads' circumferences, which are flattened at its end faces.
+    winding, thread : layout, and elasticity of the thread.
+    radius, length : radius and length of the winding's cylinder [m].
+    points_per_turn : segments per turn of a helix or per ring; about one per node interval.
+    start : height at which the winding begins [m].
 
     Raises
     ------
     ValueError
-        For threads that overlap or leave the mesh.
+        If threads overlap or leave the mesh.
     """
 
     def __init__(
@@ -81,7 +81,7 @@ class ThreadSegments:
         self._coefficient = np.concatenate([-self.weight[ends[:, 0]], self.weight[ends[:, 1]]], axis=1)
         if thread.coupling == "circumference":
             self.connectivity, self._coefficient = merged(self.connectivity, self._coefficient)
-        #: Host nodes of no weight, which fill up short rows of ``connectivity``.
+        #: Host nodes without weight that pad short rows of ``connectivity``.
         self.padding = self._coefficient == 0.0
         self.rest_length = np.linalg.norm(self._span(mesh.points), axis=1)
 
@@ -99,15 +99,15 @@ class ThreadSegments:
         return np.linalg.norm(self._span(positions), axis=1) / self.rest_length - 1.0
 
     def slack(self, tension: Float[np.ndarray, " segments"]) -> Bool[np.ndarray, " segments"]:
-        """Which segments are slack, by the sign of their strain or tension; bars never are."""
+        """Return which segments are slack, by the sign of their strain or tension; bars never are."""
         return (tension < 0.0) & (self._slack_share < 1.0)
 
     def stiffness(self, sign: Float[np.ndarray, " segments"]) -> Float[np.ndarray, " segments"]:
-        """Axial stiffness of every segment [N]: EA, or its share where strain or tension is negative."""
+        """Return the axial stiffness of every segment [N]: EA, or its fraction for a slack segment."""
         return np.where(self.slack(sign), self._slack_share, 1.0) * self.axial_stiffness
 
     def tension(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, " segments"]:
-        """Constitutive tension [N]."""
+        """Return the constitutive tension [N]."""
         strain = self._strain(positions)
         return self.stiffness(strain) * strain
 
@@ -117,29 +117,30 @@ class ThreadSegments:
         tension: Float[np.ndarray, " segments"],
         stretch: Float[np.ndarray, " segments"],
     ) -> Float[np.ndarray, " segments"]:
-        """Tensions that a Newton step leads to [N].
+        """Return the tensions after a Newton step [N].
 
         Parameters
         ----------
-        positions : where the step is taken [mm]; tension : there, which tells what is taut [N].
-        stretch : of the segments in the step [mm].
+        positions : positions at the start of the step [mm].
+        tension : tensions there, whose sign says which segments are taut [N].
+        stretch : elongation of the segments in the step [mm].
         """
         linear = self.stiffness(tension) * (self._strain(positions) + stretch / self.rest_length)
-        # What goes slack keeps its strain; what becomes taut, its force.
+        # A segment that goes slack keeps its strain; one that becomes taut, its force.
         return np.where((tension >= 0.0) & (linear < 0.0), self._slack_share * linear, linear)
 
     def loosened(self, tension: Float[np.ndarray, " segments"]) -> Float[np.ndarray, " segments"]:
-        """Extrapolated tensions, with what is left of those that are negative where segments go slack."""
+        """Return extrapolated tensions, with negative ones reduced where segments go slack."""
         return np.where(self.slack(tension), self._slack_share * tension, tension)
 
     def energy(self, positions: Float[np.ndarray, "nodes 3"]) -> float:
-        """Stretch energy [N mm]."""
+        """Return the stretch energy [N mm]."""
         return float(0.5 * (self.tension(positions) * self._strain(positions) * self.rest_length).sum())
 
     def force(
         self, positions: Float[np.ndarray, "nodes 3"], tension: Float[np.ndarray, " segments"] | None = None
     ) -> Float[np.ndarray, "segments dofs"]:
-        """Forces of the segments on their host nodes, those of `response` at the same ``tension``."""
+        """Return only the forces of `response` on the host nodes, at the same ``tension``."""
         span = self._span(positions)
         length = np.linalg.norm(span, axis=1)
         strain = length / self.rest_length - 1.0
@@ -155,13 +156,13 @@ class ThreadSegments:
         Float[np.ndarray, "segments dofs dofs"],
         Float[np.ndarray, "segments dofs"],
     ]:
-        """Forces, tangents and ∂l/∂x of the segments on their host nodes.
+        """Return forces, tangents and ∂l/∂x of the segments on their host nodes.
 
         Parameters
         ----------
         positions : current positions of the nodes [mm].
-        tension : of the tangent's geometric part [N]; by default the constitutive one (exact Hessian). Its
-            sign says which branch of the law forces and tangents are of, taut or slack.
+        tension : tension in the geometric part of the tangent [N]; the constitutive one by default, which
+            gives the exact Hessian. Its sign selects the branch of the law, taut or slack.
         """
         span = self._span(positions)
         length = np.linalg.norm(span, axis=1)
@@ -177,8 +178,7 @@ class ThreadSegments:
         geometric = (tension / length)[:, None, None] * np.eye(3) + (
             axial / self.rest_length - tension / length
         )[:, None, None] * (direction[:, :, None] * direction[:, None, :])
-        # ∂span/∂x on the left and on the right, as matrix products: the inner loops of an outer product would
-        # be of three numbers.
+        # ∂span/∂x multiplies as matrices on both sides: an outer product would have inner loops of length 3.
         spread = (self._coefficient[:, :, None, None] * np.eye(3)).reshape(len(self), size, 3)
         stiffness = (spread @ geometric) @ np.swapaxes(spread, 1, 2)
         return force, stiffness, length_gradient

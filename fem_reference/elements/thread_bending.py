@@ -1,12 +1,11 @@
-"""Bending stiffness of the thread, at the joints of its segments: left out unless it is asked for.
+"""Bending stiffness of the thread at the joints of its segments, for a solid wire.
 
-With φ the angle by which the thread turns at a joint, and ℓ the mean rest length of the two segments there, a
-joint has the energy
+A joint between two segments of mean rest length ℓ, with turning angle φ, has the energy of a plane elastica,
 
     EI/(2 ℓ) (κ − κ₀)²,   κ = 2 tan(φ/2),
 
-which is zero as wound: that of an elastica in its plane. The plane turns about the thread for nothing, as a
-thread has no energy of twist here. Lengths mm, forces N.
+which is zero as wound. Twist has no energy, so the plane of bending turns freely about the thread. Lengths
+mm, forces N.
 
 References
 ----------
@@ -24,20 +23,20 @@ from jaxtyping import Float, Int
 from fem_reference.elements.thread import ThreadSegments
 from fem_reference.mesh import merged
 
-# Ends of a line that are so close are one point [mm].
+# A line whose ends are closer than this is a ring [mm].
 _CLOSED = 1e-6
 
 
 class ThreadBending:
-    """All joints of a winding's segments.
+    """All joints between a winding's segments.
 
     Parameters
     ----------
     thread : segments in their mesh.
-    rest : positions of the mesh's nodes at rest [mm].
+    rest : reference positions of the mesh's nodes [mm].
     bending_stiffness : EI [N mm²].
-    goes_on : that open threads go on at their ends, as from one period to the next. The joint there is not
-        there, and the others stand for it.
+    goes_on : True if open threads continue in the next period. No joint is built across the cut; the
+        stiffness of the remaining joints is scaled by segments/joints to keep the total bending energy.
     """
 
     def __init__(
@@ -56,7 +55,7 @@ class ThreadBending:
         points, share = np.concatenate(joints), np.concatenate(shares)
         hosts = thread.host[points].reshape(len(points), 3 * thread.host.shape[1])
         weight = thread.weight[points]
-        # Each of the two spans as a sum over the hosts of the three points.
+        # Both spans as sums over the host nodes of the three points.
         none = np.zeros_like(weight[:, 0])
         spans = [
             np.concatenate([-weight[:, 0], weight[:, 1], none], axis=1),
@@ -64,7 +63,7 @@ class ThreadBending:
         ]
         (self.connectivity, first), (_, second) = (merged(hosts, span) for span in spans)
         self._coefficient = np.stack([first, second], axis=1)
-        #: Host nodes of no weight, which fill up short rows of ``connectivity``.
+        #: Host nodes without weight that pad short rows of ``connectivity``.
         self.padding = (self._coefficient == 0.0).all(axis=1)
         at_rest = self._spans(rest)
         self._turning = _turnings(at_rest)
@@ -77,18 +76,18 @@ class ThreadBending:
         return np.einsum("jsc,jci->jsi", self._coefficient, positions[self.connectivity])
 
     def energy(self, positions: Float[np.ndarray, "nodes 3"]) -> float:
-        """Bending energy [N mm]."""
+        """Return the bending energy [N mm]."""
         return float(_energies(self._spans(positions), self._turning, self._stiffness).sum())
 
     def force(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "joints dofs"]:
-        """Forces of the joints on their host nodes, those of `response`."""
+        """Return only the forces of `response` on the host nodes."""
         slope = _slopes(self._spans(positions), self._turning, self._stiffness)
         return np.einsum("jsc,jsi->jci", self._coefficient, slope).reshape(len(self), -1)
 
     def response(
         self, positions: Float[np.ndarray, "nodes 3"]
     ) -> tuple[Float[np.ndarray, "joints dofs"], Float[np.ndarray, "joints dofs dofs"]]:
-        """Forces and tangents of the joints on their host nodes."""
+        """Return forces and tangents of the joints on their host nodes."""
         curve = _curves(self._spans(positions), self._turning, self._stiffness)
         count, size = len(self), 3 * self.connectivity.shape[1]
         spread = np.einsum("jsc,ik->jcisk", self._coefficient, np.eye(3)).reshape(count, size, 6)
@@ -97,13 +96,13 @@ class ThreadBending:
 
 
 def _joints(line: Int[np.ndarray, " points"], closed: bool) -> Int[np.ndarray, "joints 3"]:
-    """Points before, at and after every joint of a line."""
+    """Return the points before, at and after every joint of a line."""
     inner = np.column_stack([line[:-2], line[1:-1], line[2:]])
     return np.vstack([inner, [line[-2], line[-1], line[1]]]) if closed else inner
 
 
 def _turning(spans: Float[Array, "2 3"]) -> Float[Array, ""]:
-    """2 tan(φ/2) of the angle between two spans."""
+    """Return 2 tan(φ/2) for the angle φ between two spans."""
     first, second = spans
     lengths = jnp.sqrt((first @ first) * (second @ second))
     return 2.0 * jnp.linalg.norm(jnp.cross(first, second)) / (lengths + first @ second)
@@ -116,7 +115,7 @@ def _energy(
 
 
 def _of_joints(function: Callable[..., Array]) -> Callable[..., np.ndarray]:
-    """Of all joints at once, in double precision whatever the process has."""
+    """Vectorise a function over all joints, in double precision whatever the process default."""
     compiled = jax.jit(jax.vmap(function))
 
     def call(*arguments: np.ndarray) -> np.ndarray:

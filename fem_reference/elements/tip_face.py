@@ -1,14 +1,14 @@
-"""Force and moment on the cap's outer face, spread over its nodes.
+"""Force and moment on the cap's outer face, distributed over its nodes.
 
 With w_a the share of node a in the face's area, x̄ = Σ w_a x_a and r_a = x_a − x̄, the nodal forces
 
     f_a = w_a [F + (I⁻¹M) × r_a],   I = Σ w_a (|r_a|² 1 − r_a r_aᵀ)
 
-have the resultant F at x̄ and M, and do the work F·δx̄ + M·δω on the face's mean turn
+have the resultants F at x̄ and M, and do the work F·δx̄ + M·δω on the face's mean rotation
 δω = I⁻¹ Σ w_a r_a × δx_a.
-Dead loads keep their direction in the world; follower loads turn with the face. The load's own stiffness is
-that of a face which turns rigidly: three columns times three rows, not symmetric. It is kept apart from the
-sparse stiffness, and brought in by the Woodbury formula. Lengths mm, forces N.
+Dead loads keep their direction in the world; follower loads rotate with the face. The load stiffness is that
+of a rigidly rotating face: not symmetric, of rank three. It is kept apart from the sparse stiffness, as three
+columns and three rows, and included by the Woodbury formula. Lengths mm, forces N.
 """
 
 from dataclasses import dataclass
@@ -21,12 +21,14 @@ from fem_reference.rotations import cross_matrix, nearest_rotation
 
 @dataclass(frozen=True)
 class TipFrame:
-    """Mean pose of the face, and what a displacement of its nodes turns it by.
+    """Mean pose of the face, with the arms and inertia that give its rotation.
 
     Parameters
     ----------
-    position : of its centre [mm]; rotation : from rest.
-    arms : r_a; inverse_inertia : I⁻¹.
+    position : centre x̄ [mm].
+    rotation : rotation from rest.
+    arms : r_a [mm].
+    inverse_inertia : I⁻¹ [1/mm²].
     """
 
     position: Float[np.ndarray, "3"]
@@ -40,8 +42,9 @@ class TipFace:
 
     Parameters
     ----------
-    nodes : of the face; areas : reference area of each [mm²].
-    rest : reference positions of all nodes [mm].
+    nodes : nodes of the face.
+    areas : reference area of each node [mm²].
+    rest : reference positions of all points [mm].
     """
 
     def __init__(
@@ -55,7 +58,7 @@ class TipFace:
         self._rest_arms = rest[nodes] - self.weights @ rest[nodes]
 
     def frame(self, positions: Float[np.ndarray, "points 3"]) -> TipFrame:
-        """Mean position, and the rotation nearest to the nodes' in least squares (Kabsch 1976)."""
+        """Return the mean position, and the rotation that fits the nodes in least squares (Kabsch 1976)."""
         x = positions[self.nodes]
         centre = self.weights @ x
         arms = x - centre
@@ -66,7 +69,7 @@ class TipFace:
     def forces(
         self, frame: TipFrame, force: Float[np.ndarray, "3"], moment: Float[np.ndarray, "3"]
     ) -> Float[np.ndarray, "face 3"]:
-        """Nodal forces of a resultant in the world frame."""
+        """Return the nodal forces of resultants in the world frame."""
         return self.weights[:, None] * (force + np.cross(frame.inverse_inertia @ moment, frame.arms))
 
     def stiffness_columns(
@@ -76,17 +79,17 @@ class TipFace:
         moment: Float[np.ndarray, "3"],
         follower: bool,
     ) -> Float[np.ndarray, "face 3 3"]:
-        """Change of the nodal forces by a rotation of the face, per component of the rotation."""
+        """Return the change of the nodal forces per component of the face's rotation."""
         nodal = self.forces(frame, force, moment)
         columns = np.empty((len(self.nodes), 3, 3))
         for k, turn in enumerate(np.eye(3)):
-            # Forces that turn with the face, less the turn of what stays.
+            # All forces rotate with the face; a dead load is rotated back.
             columns[:, :, k] = np.cross(turn, nodal)
             if not follower:
                 columns[:, :, k] -= self.forces(frame, np.cross(turn, force), np.cross(turn, moment))
         return columns
 
     def rotation_rows(self, frame: TipFrame) -> Float[np.ndarray, "3 face 3"]:
-        """∂ω/∂x_a: what the nodes' displacements turn the face by."""
+        """Return ∂ω/∂x_a, the rotation of the face by displacements of its nodes."""
         cross = np.stack([cross_matrix(arm) for arm in frame.arms])
         return np.einsum("a,ij,ajk->iak", self.weights, frame.inverse_inertia, cross)

@@ -1,8 +1,8 @@
-"""Viscous resistance of the silicone to leaving a configuration: an implicit step in time of a creeping body.
+"""Viscous force of the silicone in a backward Euler step from a given configuration.
 
-Backward Euler for a solid of viscosity μτ beside its elasticity gives, over a time Δt, the force
-(τ/Δt) C (x − x₀) with C the matrix of `SolidElements.viscosity` at x₀. It comes from an energy, so that the
-step is an equilibrium like any other. Lengths mm, forces N.
+A solid of viscosity μτ parallel to its elasticity adds, over a time Δt, the force (τ/Δt) C (x − x₀), with C
+the matrix of `SolidElements.viscosity` at x₀. The force has a potential, so the step is solved like any other
+equilibrium. Lengths mm, forces N.
 """
 
 import copy
@@ -14,12 +14,12 @@ from fem_reference.elements.solid import SolidElements
 
 
 class ViscousSolid:
-    """Resistance from one configuration on.
+    """Viscous resistance to leaving one configuration.
 
     Parameters
     ----------
     solid : elements.
-    origin : positions of all nodes that are left [mm].
+    origin : positions x₀ of all nodes at the start of the step [mm].
     rate : τ/Δt.
     """
 
@@ -29,12 +29,12 @@ class ViscousSolid:
         self.matrices = rate * solid.viscosity(origin)
 
     def force(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "elements dofs"]:
-        """Forces on the elements' nodes."""
+        """Return the forces on the elements' nodes."""
         moved = (positions - self._origin)[self._solid.connectivity].reshape(len(self.matrices), -1, 1)
         return (self.matrices @ moved)[:, :, 0]
 
     def times(self, factor: float) -> "ViscousSolid":
-        """The same resistance, ``factor`` times as large."""
+        """Return the same resistance, scaled by ``factor``."""
         other = copy.copy(self)
         other.matrices = factor * self.matrices
         return other

@@ -12,8 +12,8 @@ from fem_reference.geometry.plausible import refuse_implausible
 class ActuatorGeometry:
     """Three-chamber silicone tube with a central rod and a winding.
 
-    Every length is in metres. A chamber is an annular sector between the inner and the outer wall; its sides
-    run parallel to the mid-line of the partitions at half the partition thickness. Chamber ``k`` (1, 2, 3) is
+    Lengths are in metres. A chamber is an annular sector between the inner and the outer wall; its sides run
+    parallel to the mid-line of the partitions, half a partition's thickness away. Chamber ``k`` (1, 2, 3) is
     centred at azimuth 120°(k − 1).
 
     Parameters
@@ -23,14 +23,14 @@ class ActuatorGeometry:
     outer_wall, inner_wall, partition_wall : wall thicknesses [m].
     body_length, cap_length : length of the chambers and of the solid cap beyond them [m].
     winding_diameter : diameter of the cylinder that the thread lies on [m].
-    outer_wall_variation : by which part the outer wall of each chamber is thicker than ``outer_wall``, as in
-        a tube whose cores sit aside; from the inside, the tube's outside being round.
+    outer_wall_variation : relative excess thickness of the outer wall at each chamber, as from eccentric
+        mould cores. The outer diameter stays; the chamber becomes smaller.
 
     Raises
     ------
     ValueError
-        For a length that is not positive and finite or in another unit (`plausible`), a variation that is not
-        three numbers above -1, and for walls that leave no chamber.
+        For a length that is not positive and finite or seems to be in another unit (`plausible`), a
+        variation that is not three numbers above -1, and walls that leave no chamber.
 
     References
     ----------
@@ -59,7 +59,7 @@ class ActuatorGeometry:
         if variation.shape != (3,) or not np.all(np.isfinite(variation) & (variation > -1.0)):
             raise ValueError(
                 f"outer_wall_variation: got {self.outer_wall_variation!r}, expected three finite numbers "
-                "above -1: parts of the outer wall"
+                "above -1, relative to the outer wall"
             )
         inner, outer = self.chamber_inner_radius, min(self.chamber_outer_radii)
         if inner >= outer:
@@ -89,7 +89,7 @@ class ActuatorGeometry:
 
     @property
     def chamber_outer_radius(self) -> float:
-        """Radius of a chamber's outer arc under an outer wall without variation [m]."""
+        """Radius of a chamber's outer arc for an even outer wall [m]."""
         return self.body_diameter / 2.0 - self.outer_wall
 
     @property
@@ -106,11 +106,11 @@ class ActuatorGeometry:
 
     @property
     def chamber_area(self) -> float:
-        """Cross-section of a chamber under an outer wall without variation [m²]."""
+        """Cross-section of a chamber for an even outer wall [m²]."""
         return self._area_within(self.chamber_outer_radius)
 
     def _area_within(self, outer_radius: float) -> float:
-        """Cross-section of a chamber with this radius of its outer arc [m²], in closed form."""
+        """Cross-section of a chamber whose outer arc has this radius [m²], in closed form."""
 
         def half_sector(radius: float) -> float:
             # ∫ r·(60° − asin(t/2r)) dr; the antiderivative of r·asin(c/r) is (r² asin(c/r) + c √(r² − c²))/2.
@@ -123,7 +123,7 @@ class ActuatorGeometry:
 
     @property
     def body_area(self) -> float:
-        """Silicone cross-section of the body [m²]: the tube less the cavity and the chambers."""
+        """Cross-section of the silicone [m²]: the tube less cavity and chambers."""
         ring = math.pi / 4.0 * (self.body_diameter**2 - self.cavity_diameter**2)
         return ring - sum(map(self._area_within, self.chamber_outer_radii))
 

@@ -1,6 +1,6 @@
-"""Winding layouts: each yields the thread's polylines, in the reference configuration.
+"""Winding layouts and the thread: polylines on a cylinder about z, in the reference configuration.
 
-A layout is geometry only. All are made for a cylinder about z; ψ is an azimuth from the centre of chamber 1.
+Azimuths, ψ among them, are counted from the centre of chamber 1.
 """
 
 import abc
@@ -21,7 +21,7 @@ _ROUND_OFF = 1e-9
 
 @dataclass(frozen=True)
 class Thread:
-    """Elastic data of the thread, and how it is coupled to the body.
+    """Elastic constants of the thread, and how it is tied to the silicone.
 
     The paper's table has lost the modulus; 31 067 MPa and a radius of 0.0889 mm are the values of this
     literature (Soft Robotics Toolkit; Connolly et al. 2015), so that EA = 771 N: inextensible beside the
@@ -31,11 +31,13 @@ class Thread:
     ----------
     young_modulus : [Pa].
     radius : [m].
-    coupling : what of the body a point of the thread moves with: the point on its ``axis``, or the mean over
-        its ``circumference``, which converges under mesh refinement where the other does not.
-    bends : whether it resists bending, as a solid wire of its radius would; a yarn does hardly.
-    slack_share : of its stiffness, what it has in compression: all of it, as of a truss, or next to nothing,
-        such as 1e-4, as of a yarn that goes slack.
+    coupling : how the thread is tied to the silicone. ``circumference``: a thread point follows the mean
+        displacement of the silicone around the thread's cross-section; the result converges with the mesh.
+        ``axis``: it follows the silicone on the thread's centre line; the silicone is then indented the
+        more, the smaller the elements are.
+    bends : include the bending stiffness of a solid round wire. False suits yarn.
+    slack_share : axial stiffness in compression over that in tension: 1 for a truss, about 1e-4 for yarn
+        that goes slack.
     """
 
     young_modulus: float = 31067e6
@@ -75,7 +77,7 @@ class Thread:
 
 @dataclass(frozen=True)
 class Winding(abc.ABC):
-    """A layout of thread on a cylinder: geometry only."""
+    """A layout of threads on a cylinder; it has no stiffness of its own."""
 
     #: Name of the layout on the command line and in calibration files.
     name: ClassVar[str]
@@ -88,26 +90,26 @@ class Winding(abc.ABC):
     @property
     @abc.abstractmethod
     def mirror_symmetric(self) -> bool:
-        """Whether the layout is its own mirror image in chamber 1's mid-plane, but for a shift along z."""
+        """True if the mirror image in chamber 1's mid-plane is the layout itself, shifted along z."""
 
     @abc.abstractmethod
     def refuse_overlap(self, thread: Thread) -> None:
-        """Raise a ValueError, which names the argument, where neighbouring turns of the thread overlap."""
+        """Raise a ValueError that names the argument if neighbouring turns of the thread overlap."""
 
     @abc.abstractmethod
     def polylines(
         self, radius: float, length: float, points_per_turn: int, start: float = 0.0
     ) -> list[Float[np.ndarray, "_ 3"]]:
-        """Return a ``length`` of the threads on a cylinder of ``radius`` [m], from z = ``start`` on.
+        """Return the threads on a cylinder of ``radius`` [m] between z = ``start`` and ``start + length``.
 
-        Each thread is an array of points [m]; consecutive points are joined by straight segments. A closed
-        thread ends on the point that it starts from. Any length will do: nothing is stretched to fit it. A
-        helix starts at the first of its points, as counted from z = 0, that is not below ``start``.
+        Each thread is an array of points [m] that straight segments join. A closed thread ends on its first
+        point. The length need not be a multiple of the period. The points of a helix are those that it has
+        when it starts at z = 0; the first one not below ``start`` begins the thread.
 
         Raises
         ------
         ValueError
-            For fewer than three points per turn, and for a length in which the layout has no room.
+            For fewer than three points per turn, or a length too short for the layout.
         """
 
 
@@ -130,7 +132,7 @@ class _CrossedHelices(Winding):
         """Axial length after which the layout repeats [m].
 
         A shift along z turns the threads of one hand forwards and those of the other backwards. Both sets
-        first come back to themselves when the turn is that from one pair to the next: after pitch/pairs.
+        first coincide with themselves when this turn leads from one pair to the next: after pitch/pairs.
         """
         return self.pitch / self._pairs
 
@@ -148,7 +150,7 @@ class _CrossedHelices(Winding):
     def polylines(
         self, radius: float, length: float, points_per_turn: int, start: float = 0.0
     ) -> list[Float[np.ndarray, "_ 3"]]:
-        """Return the threads; see `Winding.polylines`. A helix ends where the length does, within a turn."""
+        """Return the threads; see `Winding.polylines`. A helix may end within a turn."""
         _refuse_coarse(points_per_turn)
         segments = max(1, round(points_per_turn * length / self.pitch))
         skipped = math.ceil(start * segments / length - _ROUND_OFF)
@@ -199,13 +201,13 @@ class SixHelix(_CrossedHelices):
 class Ring(Winding):
     """Closed rings, square to the rod.
 
-    The first lies half a spacing above z = 0, the others follow every spacing, as many as have room up to
-    z = length. A length of whole spacings has a ring in the middle of each.
+    The first ring lies half a spacing above z = 0, the others follow every spacing up to z = length. A
+    length of whole spacings has a ring in the middle of each.
 
     Parameters
     ----------
-    spacing : axial distance from ring to ring [m]. The default, half the double helix's default pitch, takes
-        as much thread per length as that but for its climb.
+    spacing : axial distance from ring to ring [m]. The default is half the default pitch of the double
+        helix, which needs about as much thread per length.
     """
 
     spacing: float = 1.5e-3
@@ -255,12 +257,12 @@ class NoWinding(Winding):
 
     @property
     def period(self) -> float:
-        """Length of the cell [m]; every length is a period. That of the double helix's default pitch."""
+        """Length of the cell [m]: the default pitch of the double helix, as any length is a period."""
         return 3e-3
 
     @property
     def mirror_symmetric(self) -> bool:
-        """Nothing is there to break the section's own symmetry."""
+        """The section alone is symmetric."""
         return True
 
     def refuse_overlap(self, thread: Thread) -> None:
@@ -285,12 +287,12 @@ def layout(name: str, psi: float = 0.0, pitch: float = 3e-3, spacing: float | No
     name : one of `LAYOUTS`.
     psi : winding orientation of the helices [rad]. Rings, and no winding, have none.
     pitch : of the helices [m].
-    spacing : of the rings [m]; half the pitch by default: about the thread per length of a double helix.
+    spacing : of the rings [m]; by default half the pitch, which needs about the thread of a double helix.
 
     Raises
     ------
     ValueError
-        For an unknown name, a spacing of anything but rings, and for what the layout refuses.
+        For an unknown name, a spacing without rings, and what the layout itself refuses.
     """
     if name not in LAYOUTS:
         raise ValueError(f"layout: got {name!r}, expected one of {', '.join(LAYOUTS)}")

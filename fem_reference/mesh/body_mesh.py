@@ -1,6 +1,6 @@
-"""Hexahedra of the body: the section's quadrilaterals extruded along z, for one period or with the cap.
+"""Hexahedral mesh of the body: the cross-section extruded along z, for one period or with the cap.
 
-Lengths in this file are millimetres.
+Lengths are in millimetres.
 """
 
 from dataclasses import dataclass
@@ -22,13 +22,13 @@ VTK_HEXAHEDRON = [0, 1, 3, 2, 4, 5, 7, 6]
 
 @dataclass(frozen=True)
 class BodyMesh:
-    """Linear or quadratic hexahedra, nodes in tensor order (see `reference_element`).
+    """Linear or quadratic hexahedra with their nodes in tensor order (see `reference_element`).
 
     Parameters
     ----------
-    points : of all nodes [mm].
-    elements : (order + 1)³ nodes of each.
-    facets : (order + 1)² nodes of every facet on each boundary, in tensor order.
+    points : positions of the nodes [mm].
+    elements : (order + 1)³ nodes of each element.
+    facets : by boundary, the (order + 1)² nodes of each facet, in tensor order.
     """
 
     points: Float[np.ndarray, "nodes 3"]
@@ -45,11 +45,11 @@ class BodyMesh:
         return np.unique(self.facets[boundary])
 
     def quads(self, boundary: str) -> Int[np.ndarray, "facets 4"]:
-        """Cycles of nodes of a boundary's facets, each quadratic one cut into four."""
+        """Facets of a boundary as cycles of four nodes; each quadratic facet is cut into four."""
         return cut(self.facets[boundary], self.order)
 
     def oriented(self, boundary: str) -> Int[np.ndarray, "facets _"]:
-        """Facets of a boundary, their normals ∂x/∂ξ × ∂x/∂η into the elements."""
+        """Facets of a boundary, oriented so that their normals ∂x/∂ξ × ∂x/∂η point into the elements."""
         wanted = np.zeros(len(self.points), dtype=bool)
         wanted[self.facets[boundary]] = True
         side = self.order + 1
@@ -77,16 +77,16 @@ class BodyMesh:
         return np.stack(corners, axis=-1).reshape(-1, 8)
 
     def linear(self) -> skfem.MeshHex:
-        """`cells` as scikit-fem's mesh."""
+        """`cells` as a mesh of scikit-fem."""
         grid = np.rint(skfem.ElementHex1.doflocs).astype(int)
         return skfem.MeshHex(
             np.ascontiguousarray(self.points.T), np.ascontiguousarray(self.cells.T[grid @ [1, 2, 4]])
         )
 
     def nodal_areas(self, boundary: str) -> Float[np.ndarray, " nodes"]:
-        """Share of a boundary's area that belongs to each node [mm²]: the integral of its function.
+        """Area of a boundary that belongs to each node [mm²]: the integral of its shape function.
 
-        On flat facets the shares have the boundary's area and centre exactly.
+        On flat facets these areas have the boundary's total area and centroid exactly.
         """
         facets = self.facets[boundary]
         values, areas = self.gauss_points(boundary)
@@ -96,11 +96,11 @@ class BodyMesh:
     def gauss_points(
         self, boundary: str
     ) -> tuple[Float[np.ndarray, "gauss own"], Float[np.ndarray, "facets gauss"]]:
-        """Gauss points of a boundary's facets: functions of a facet's nodes there, and areas [mm²]."""
+        """Shape functions of a facet at its Gauss points, and the area of each Gauss point [mm²]."""
         facets = self.facets[boundary]
         point, weight = np.polynomial.legendre.leggauss(self.order + 1)
         across, along = np.meshgrid(0.5 + 0.5 * point, 0.5 + 0.5 * point, indexing="ij")
-        # A facet's functions are those of an element's first nodes, on its face ζ = 0.
+        # On its face ζ = 0 an element has the shape functions of a facet: those of its first nodes.
         local = np.column_stack([along.ravel(), across.ravel(), np.zeros(along.size)])
         values, slopes = reference_element(self.order).evaluate(local)
         own = facets.shape[1]
@@ -128,7 +128,7 @@ def body_mesh(geometry: ActuatorGeometry, length: float, level: MeshLevel) -> Bo
 
 
 def actuator_mesh(geometry: ActuatorGeometry, level: MeshLevel) -> BodyMesh:
-    """Mesh the body and its cap, which closes the chambers.
+    """Mesh the body with its cap.
 
     Parameters
     ----------
@@ -137,8 +137,8 @@ def actuator_mesh(geometry: ActuatorGeometry, level: MeshLevel) -> BodyMesh:
 
     Returns
     -------
-    mesh : in mm, with the boundaries of `body_mesh`. The chambers' include their ceilings, where the cap
-        begins; the cavity goes through the cap.
+    mesh : in mm, with the boundaries of `body_mesh`. Those of the chambers include the ceilings, where the
+        cap begins; the cavity runs through the cap.
     """
     body = geometry.body_length * MILLIMETRE
     end = body + geometry.cap_length * MILLIMETRE
@@ -153,13 +153,13 @@ def _grid(start: float, end: float, level: MeshLevel) -> Float[np.ndarray, " lev
 def _extrude(
     section: Section, body: Float[np.ndarray, " levels"], cap: Float[np.ndarray, " above"], order: int
 ) -> BodyMesh:
-    """Layers of hexahedra between the levels of the body, and above, chambers filled, those of the cap."""
+    """Extrude a section into layers of hexahedra; above the body, the cap fills the chambers too."""
     levels = np.concatenate([body, cap])
     per_level = len(section.points)
     ceiling = len(body) - 1
 
     def layers(flat: np.ndarray, first: int, last: int) -> np.ndarray:
-        """Elements over quadrilaterals, or facets over edges, between two levels."""
+        """Extrude quadrilaterals into elements, or edges into facets, between two levels."""
         below = flat[None] + per_level * np.arange(first, last, order)[:, None, None]
         stack = [below + per_level * k for k in range(order + 1)]
         return np.concatenate(stack, axis=2).reshape(-1, (order + 1) * flat.shape[1])
@@ -190,7 +190,7 @@ def _swapped(faces: Int[np.ndarray, "n side side"]) -> Int[np.ndarray, "n side s
 
 
 def cut(facets: Int[np.ndarray, "facets _"], order: int) -> Int[np.ndarray, "quads 4"]:
-    """Cycles of four nodes of facets in tensor order."""
+    """Cut facets, whose nodes are in tensor order, into cycles of four nodes."""
     grid = facets.reshape(-1, order + 1, order + 1)
     low, high = slice(None, -1), slice(1, None)
     cycle = [grid[:, low, low], grid[:, low, high], grid[:, high, high], grid[:, high, low]]

@@ -1,8 +1,8 @@
-"""The actuator's cross-section in quadrilaterals, by gmsh.
+"""Quadrilateral mesh of the actuator's cross-section, by gmsh.
 
 The silicone of the section is cut into 21 four-sided blocks (inner wall, partitions, and the outer wall in
 two layers that meet on the winding's cylinder), each meshed transfinitely. For the cap the three chambers are
-filled too, by quadrilaterals without structure. Lengths in this file are millimetres.
+filled with unstructured quadrilaterals. Lengths are in millimetres.
 """
 
 import itertools
@@ -23,16 +23,16 @@ CHAMBERS = ("chamber1", "chamber2", "chamber3")
 
 @dataclass(frozen=True)
 class MeshLevel:
-    """Numbers of elements of the section's blocks, and the element length along z.
+    """Element counts of the section's blocks, and the element length along z.
 
     Parameters
     ----------
-    inner_arc, outer_arc : along a chamber's inner and outer arc.
-    partition_across, partition_along : across a partition's thickness and along its length.
-    inner_wall, outer_wall_inside, outer_wall_outside : through the walls (the outer one inside and outside
-        the winding's cylinder).
+    inner_arc, outer_arc : elements along a chamber's inner and outer arc.
+    partition_across, partition_along : elements across a partition's thickness and along its length.
+    inner_wall, outer_wall_inside, outer_wall_outside : elements through the walls; the outer wall counts
+        those inside and outside the winding's cylinder.
     axial_size : target length of an element along z [mm].
-    order : of the elements' polynomials: 1, linear with mean dilatation, as the paper's; 2, quadratic with
+    order : 1 for linear elements with mean dilatation, as in the paper; 2 for quadratic elements with
         linear discontinuous pressure.
     """
 
@@ -51,7 +51,7 @@ class MeshLevel:
 
     @property
     def around(self) -> int:
-        """Distances between nodes around the outer circumference."""
+        """Number of node intervals around the outer circumference."""
         return 3 * (self.outer_arc + self.partition_across) * self.order
 
 
@@ -77,11 +77,11 @@ class Section:
 
     Parameters
     ----------
-    points : of all nodes.
-    quads : of the silicone, counter-clockwise.
-    filling : quadrilaterals of each chamber; empty arrays where they were not asked for.
-    edges : of each boundary, with order + 1 nodes from end to end: ``cavity``, ``outer``, ``chamber1`` …
-        ``chamber3``.
+    points : positions of the nodes.
+    quads : quadrilaterals of the silicone, counter-clockwise.
+    filling : quadrilaterals in each chamber; empty arrays unless the chambers are filled.
+    edges : by boundary (``cavity``, ``outer``, ``chamber1`` … ``chamber3``), the order + 1 nodes of each
+        edge from end to end.
     """
 
     points: Float[np.ndarray, "nodes 2"]
@@ -97,13 +97,13 @@ def mesh_section(geometry: ActuatorGeometry, level: MeshLevel, filled: bool = Fa
     ----------
     geometry : dimensions of the actuator.
     level : element counts.
-    filled : fill the chambers too.
+    filled : mesh the chambers too.
 
     Raises
     ------
     ValueError
-        For a filling of chambers with an odd count along a side, which quadrilaterals cannot fill, or with
-        counts that gmsh cannot.
+        If chambers are to be filled and a count along their sides is odd, which no quadrilaterals can fill,
+        or gmsh finds no mesh of quadrilaterals for the counts.
     """
     for name in ("inner_arc", "outer_arc", "partition_along"):
         if filled and getattr(level, name) % 2:
@@ -129,10 +129,10 @@ def _generate(level: MeshLevel) -> None:
 
 
 def _blocks(geometry: ActuatorGeometry, level: MeshLevel) -> tuple[list[int], dict[str, list[int]]]:
-    """Build the blocks: surfaces of the silicone, and the curves of each boundary."""
+    """Build the blocks; return the surfaces of the silicone and the curves of each boundary."""
     geo = gmsh.model.geo
     inner, rest = geometry.chamber_inner_radius, geometry.chamber_outer_radius
-    # Of each ring, the radius at each chamber, and that at which the partitions' sides cut it.
+    # For each ring: its radius at each chamber, and the radius at which the partitions' sides cut it.
     rings = [
         ((geometry.cavity_diameter / 2.0,) * 3, (inner,) * 3),
         ((inner,) * 3, (inner,) * 3),
@@ -155,7 +155,7 @@ def _blocks(geometry: ActuatorGeometry, level: MeshLevel) -> tuple[list[int], di
     def arcs(ring: int, chamber: int, partition: int) -> list[int]:
         """Arcs around one ring in order: chamber 1, partition 1–2, chamber 2 and so on.
 
-        Between chambers of different radii it is a straight line.
+        A straight line joins chambers of different radii.
         """
         curves = []
         radii = rings[ring][0]
@@ -270,9 +270,9 @@ def _filled(section: Section, geometry: ActuatorGeometry, level: MeshLevel) -> S
 def _half_chamber(
     geometry: ActuatorGeometry, radius: float, level: MeshLevel
 ) -> tuple[Float[np.ndarray, "nodes 2"], Int[np.ndarray, "quads _"]]:
-    """Half a chamber, y ≥ 0, at azimuth 0: nodes, and quadrilaterals with as many along its sides as outside.
+    """Mesh the half y ≥ 0 of a chamber at azimuth 0, with the silicone's edges along its sides.
 
-    gmsh's ways now and then leave triangles or cut edges of the sides, each at other counts.
+    Each algorithm of gmsh leaves triangles or splits edges at some counts, so several are tried.
     """
     sides = level.inner_arc // 2, level.partition_along, level.outer_arc // 2
     # Quadrilaterals fill what has an even number of edges.
@@ -298,9 +298,9 @@ def _half_chamber(
 
 
 def _half_block(geometry: ActuatorGeometry, radius: float, counts: tuple[int, int, int, int]) -> list[int]:
-    """The half as a model of its own; its curves inside, at the side, outside and in the middle.
+    """Build half a chamber as a model of its own; return its inner, side, outer and middle curves.
 
-    They are to have these counts of edges.
+    ``counts`` are their numbers of edges.
     """
     gmsh.model.add("half chamber")
     geo, inner = gmsh.model.geo, geometry.chamber_inner_radius

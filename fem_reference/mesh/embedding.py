@@ -1,8 +1,8 @@
-"""Points and thin circles embedded in a hexahedral mesh: the host nodes that they move with, and weights.
+"""Points and thin circles embedded in a hexahedral mesh: host nodes and weights.
 
-A point takes the displacement that its host interpolates there between eight nodes; a quadratic element is
-eight hosts, which keeps the threads' part of the stiffness sparse. A circle, the circumference of a
-thread, takes the mean of it. Lengths mm.
+A point takes the displacement that its host element interpolates between eight nodes; a quadratic element
+counts as eight hosts, which keeps the threads' part of the stiffness sparse. A circle, the circumference of a
+thread, takes the mean displacement along it. Lengths are in millimetres.
 """
 
 import math
@@ -15,22 +15,22 @@ from scipy.spatial.transform import Rotation
 from fem_reference.mesh.body_mesh import BodyMesh
 from fem_reference.mesh.hexahedron import reference_element
 
-# Elements nearest by their centres among which a point's host is sought, and how far outside the reference
-# cube a point may lie by round-off.
+# A point's host is sought among this many elements with the nearest centres.
 _CANDIDATES = 24
+# A point may lie this far outside the reference cube, by round-off.
 _OUTSIDE = 1e-6
-# Of the inverse map: quadratic convergence, from the centre of a nearly rectangular element.
+# Newton steps of the inverse map, which converge quadratically from the centre of an element.
 _NEWTON_STEPS = 6
-# Points of a circle: with 16 the bending angle at 5 kPa moves by less than 0.01 %.
+# Points on a circle; 16 of them change the bending angle at 5 kPa by less than 0.01 %.
 _SAMPLES = 8
-# Points on the end faces are moved inside so as to be found.
+# Points on the end faces are moved inside by this distance [mm], so that a host is found.
 _INSIDE = 1e-9
 
 Hosts = tuple[Int[np.ndarray, "points hosts"], Float[np.ndarray, "points hosts"]]
 
 
 def embed_points(mesh: BodyMesh, points: Float[np.ndarray, "points 3"]) -> Hosts:
-    """Host nodes of every point and their weights, eight each.
+    """Return the eight host nodes of every point and their weights.
 
     Raises
     ------
@@ -45,9 +45,9 @@ def embed_points(mesh: BodyMesh, points: Float[np.ndarray, "points 3"]) -> Hosts
 
 
 def embed_circles(mesh: BodyMesh, centres: Float[np.ndarray, "points 3"], radius: float) -> Hosts:
-    """Host nodes and weights of the mean over a circle around each point of a line, square to the line.
+    """Return host nodes and weights of the mean over a circle around each point of a line, normal to it.
 
-    Close to the mesh's end faces circles are flattened so as to stay inside; their centres stay.
+    Circles close to the end faces of the mesh are flattened to stay inside; their centres stay.
     """
     z = mesh.points[:, 2]
     room = np.minimum(centres[:, 2] - z.min(), z.max() - centres[:, 2])
@@ -69,7 +69,7 @@ def embed_circles(mesh: BodyMesh, centres: Float[np.ndarray, "points 3"], radius
 def merged(
     nodes: Int[np.ndarray, "blocks hosts"], weights: Float[np.ndarray, "blocks hosts"]
 ) -> tuple[Int[np.ndarray, "blocks fewer"], Float[np.ndarray, "blocks fewer"]]:
-    """Name each node of a block once, with its weights' sum. Nodes of no weight fill up short blocks."""
+    """Merge repeated nodes of each block and add their weights; zero-weight nodes fill short blocks."""
     sums = []
     for own, weight in zip(nodes, weights, strict=True):
         unique, where = np.unique(own, return_inverse=True)
@@ -82,7 +82,7 @@ def merged(
 
 
 def _tangents(line: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, "points 3"]:
-    """Along a thread at its points. It winds evenly: beyond its ends it goes on as the turns at hand do."""
+    """Tangents at a thread's points; beyond its ends the thread continues with the same helix."""
     chords = np.diff(line, axis=0)
     azimuth = np.arctan2(line[[0, 1, -2, -1], 1], line[[0, 1, -2, -1], 0])
     before = Rotation.from_rotvec([0.0, 0.0, azimuth[0] - azimuth[1]]).apply(chords[0])
@@ -97,7 +97,7 @@ def _unit(vectors: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
 def _locate(
     mesh: BodyMesh, points: Float[np.ndarray, "points 3"]
 ) -> tuple[Int[np.ndarray, " points"], Float[np.ndarray, "points 3"]]:
-    """Host of every point, and its coordinates there. Of several hosts, the nearest centre's.
+    """Find the host of every point and its reference coordinates; the nearest centre decides between hosts.
 
     Raises
     ------
@@ -127,7 +127,7 @@ def _locate(
 def _inverse(
     corner: Float[np.ndarray, "n 8 3"], points: Float[np.ndarray, "n 3"]
 ) -> Float[np.ndarray, "n 3"]:
-    """Reference coordinates of points in linear elements, not clipped to these."""
+    """Reference coordinates of points in linear elements; they may lie outside the unit cube."""
     local = np.full(points.shape, 0.5)
     for _ in range(_NEWTON_STEPS):
         values, slopes = reference_element(1).evaluate(local)

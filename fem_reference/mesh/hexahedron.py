@@ -21,9 +21,9 @@ class ReferenceElement:
 
     Parameters
     ----------
-    order : of the polynomials, 1 or 2.
-    points, weights : of the Gauss rule on the unit cube.
-    values, gradients : of every function at these points.
+    order : polynomial order, 1 or 2.
+    points, weights : Gauss rule on the unit cube.
+    values, gradients : shape functions and their gradients at these points.
     """
 
     order: int
@@ -34,13 +34,13 @@ class ReferenceElement:
 
     @property
     def nodes(self) -> int:
-        """Nodes of an element."""
+        """Number of nodes of an element."""
         return (self.order + 1) ** 3
 
     def evaluate(
         self, local: Float[np.ndarray, "n 3"]
     ) -> tuple[Float[np.ndarray, "n nodes"], Float[np.ndarray, "n nodes 3"]]:
-        """Every function and its gradient at points of the unit cube."""
+        """Evaluate the shape functions and their gradients at points of the unit cube."""
         return _evaluate(self.order, local)
 
 
@@ -61,6 +61,6 @@ def _evaluate(order: int, local: Float[np.ndarray, "n 3"]) -> tuple[np.ndarray, 
 
 
 def _tensor_order(order: int) -> Int[np.ndarray, " nodes"]:
-    """Numbers of scikit-fem's nodes in tensor order."""
+    """Indices that put scikit-fem's nodes into tensor order."""
     grid = np.rint(_ELEMENTS[order].doflocs * order).astype(int)
     return np.lexsort(grid.T)

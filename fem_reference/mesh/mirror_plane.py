@@ -1,8 +1,8 @@
-"""The plane of symmetry y = 0: which point is whose image, and vectors that are their own mirror images.
+"""The plane of symmetry y = 0: mirror images of points, blocks and vectors.
 
-Where body, winding and loads have the plane, there are equilibria that keep it. With points tied to their
-images, half the unknowns are left, and what breaks the symmetry is out of reach: the stiffness has the pivots
-of deformations that keep the plane, and no others. What images do need not be worked out twice. Lengths mm.
+If body, winding and loads are symmetric, there are symmetric equilibria. Points that are tied to their images
+leave half the unknowns; modes that break the symmetry are excluded, so that the stiffness has the pivots of
+symmetric modes only. Elements are evaluated on one half. Lengths are in millimetres.
 """
 
 from dataclasses import dataclass
@@ -11,13 +11,13 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial import cKDTree
 
-# Distance within which a point is another one's image [mm]: gmsh's arcs are accurate to 3e-8 mm.
+# A point this close to another one's image is that image [mm]; gmsh's arcs are accurate to 3e-8 mm.
 _SAME = 1e-6
 _MIRROR = np.array([1.0, -1.0, 1.0])
 
 
 def mirror_images(points: Float[np.ndarray, "points 3"]) -> Int[np.ndarray, " points"] | None:
-    """Index of each point's mirror image among them, its own in the plane; None where one has no image."""
+    """Index of each point's mirror image, its own for points in the plane; None if one has no image."""
     if len(points) == 0:
         return np.zeros(0, int)
     distance, image = cKDTree(points).query(points * _MIRROR)
@@ -26,13 +26,13 @@ def mirror_images(points: Float[np.ndarray, "points 3"]) -> Int[np.ndarray, " po
 
 @dataclass(frozen=True)
 class MirrorPairs:
-    """Blocks of points, each of which stands for its mirror image too.
+    """Blocks (elements, facets) of which one of each mirror pair is kept.
 
     Parameters
     ----------
-    kept : the blocks that do.
-    counts : of how many blocks each stands for, one where it is its own image.
-    standing_for : which of those kept stands for each block.
+    kept : indices of the blocks that are kept.
+    counts : number of blocks that each kept one represents: 2, or 1 if it is its own image.
+    standing_for : for each block, the kept one that represents it.
     """
 
     kept: Int[np.ndarray, " kept"]
@@ -40,12 +40,12 @@ class MirrorPairs:
     standing_for: Int[np.ndarray, " blocks"]
 
     def expand(self, vectors: Float[np.ndarray, "kept _"]) -> Float[np.ndarray, "blocks _"]:
-        """Of every block, what is the same for both of a pair."""
+        """Expand values of the kept blocks, which are the same for both of a pair, to all blocks."""
         return vectors[self.standing_for]
 
 
 def mirror_pairs(places: Float[np.ndarray, "blocks 3"], symmetric: bool) -> MirrorPairs:
-    """Halve blocks, which have images among them, by the places of their middles; all of them if not."""
+    """Pair blocks with their mirror images by their centres; keep all of them if not symmetric."""
     own = np.arange(len(places))
     image = mirror_images(places) if symmetric else own
     if image is None:
@@ -57,6 +57,6 @@ def mirror_pairs(places: Float[np.ndarray, "blocks 3"], symmetric: bool) -> Mirr
 def symmetrised(
     vectors: Float[np.ndarray, "points 3"], image: Int[np.ndarray, " points"]
 ) -> Float[np.ndarray, "points 3"]:
-    """The mean of vectors at points and of the mirror images of those at the points' images."""
+    """Symmetric part of a vector field: the mean of each vector and its image's mirrored vector."""
     mean: np.ndarray = 0.5 * (vectors + vectors[image] * _MIRROR)
     return mean

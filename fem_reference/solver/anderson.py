@@ -1,10 +1,10 @@
-"""Steps that are mixed from the last ones: Anderson's acceleration of an iteration that keeps its stiffness.
+"""Anderson acceleration of modified Newton steps.
 
-With the factors of a matrix A near the stiffness K, Newton's steps are s = −A⁻¹ r; along what A takes for too
-stiff they shrink slowly, and away from a saddle they grow. The next state is the mean of the last ones, each
-moved by its own step, with the weights of the shortest mean step: as GMRES does for linear equations, so that
-neither a few soft directions nor the sign of their stiffness is of account. How steps change from state to
-state also tells A⁻¹K in these directions.
+With the factors of a matrix A near the stiffness K, steps are s = −A⁻¹ r. Where A is too stiff they shrink
+slowly, and away from a saddle they grow. The next state is the weighted mean of the last ones, each moved by
+its own step; the weights make the mean step the shortest, as GMRES does for linear equations. A few soft
+directions then cost a few steps, whatever the sign of their stiffness. The change of the steps from state to
+state also estimates A⁻¹K in these directions.
 
 References
 ----------
@@ -16,67 +16,64 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from fem_reference.solver.options import DEFAULT, AndersonOptions
 from fem_reference.solver.problem import Problem
-
-# States that are mixed; how many times as far as the step at hand a mean may be, or the oldest are left out;
-# and the relative size of a direction of steps that is lost in their noise.
-_DEPTH = 8
-_FARTHEST = 30.0
-_NOISE = 1e-6
 
 
 class AndersonMixing:
-    """The last states of an iteration with one stiffness.
+    """The last states of an iteration with one matrix, and the next one from them.
 
     Parameters
     ----------
     problem : whose states they are.
+    options : of the acceleration.
     """
 
-    def __init__(self, problem: Problem) -> None:
-        self._problem = problem
-        # Where they are, from the first one on and as steps are added up.
+    def __init__(self, problem: Problem, options: AndersonOptions = DEFAULT.anderson) -> None:
+        self._problem, self._options = problem, options
+        # Positions relative to the first state, as the sum of the steps so far.
         self._places: list[Float[np.ndarray, " dofs"]] = []
         self._steps: list[Float[np.ndarray, " dofs"]] = []
         self._moved: list[Any] = []
         self._next = np.zeros(0)
 
     def next(self, moved: Any, step: Float[np.ndarray, "..."]) -> Any:
-        """The state to go on from.
+        """The state to continue from.
 
         Parameters
         ----------
-        moved : the state at hand, which is the first or the last that came of this, moved by its step.
-        step : the positions' part of that [mm].
+        moved : the present state, moved by its step; the present state is the first or the last result.
+        step : displacements of that step [mm].
         """
+        depth, farthest = self._options.depth, self._options.farthest
         here = self._next if self._steps else np.zeros(step.size)
-        self._places = [*self._places, here][-_DEPTH:]
-        self._steps = [*self._steps, step.ravel()][-_DEPTH:]
-        self._moved = [*self._moved, moved][-_DEPTH:]
+        self._places = [*self._places, here][-depth:]
+        self._steps = [*self._steps, step.ravel()][-depth:]
+        self._moved = [*self._moved, moved][-depth:]
         while True:
             shares = self._shares()
             self._next = shares @ (np.array(self._places) + np.array(self._steps))
-            if np.linalg.norm(self._next - here) <= _FARTHEST * np.linalg.norm(step):
+            if np.linalg.norm(self._next - here) <= farthest * np.linalg.norm(step):
                 break
             self._places, self._steps, self._moved = self._places[1:], self._steps[1:], self._moved[1:]
         return self._problem.mean(self._moved, shares.tolist())
 
     def _shares(self) -> Float[np.ndarray, " states"]:
-        """Weights of the shortest mean step."""
+        """Weights that make the mean step the shortest; they add up to one."""
         changes = np.array([other - self._steps[-1] for other in self._steps[:-1]])
         if len(changes) == 0:
             return np.ones(1)
-        first, *_ = np.linalg.lstsq(changes.T, -self._steps[-1], rcond=_NOISE)
+        first, *_ = np.linalg.lstsq(changes.T, -self._steps[-1], rcond=self._options.noise)
         return np.append(first, 1.0 - first.sum())
 
     @property
     def smallest(self) -> float:
-        """Least eigenvalue of A⁻¹K, as far as the states span it; below zero, they are about a saddle.
+        """Least eigenvalue of A⁻¹K in the directions of the steps; below zero the states surround a saddle.
 
-        Infinite where there are not enough of them.
+        Infinite for fewer than three states.
         """
         if len(self._steps) < 3:
             return np.inf
         places = np.diff(self._places, axis=0)
-        softened, *_ = np.linalg.lstsq(places.T, -np.diff(self._steps, axis=0).T, rcond=_NOISE)
+        softened, *_ = np.linalg.lstsq(places.T, -np.diff(self._steps, axis=0).T, rcond=self._options.noise)
         return float(np.linalg.eigvals(softened).real.min())

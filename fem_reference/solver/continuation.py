@@ -1,7 +1,7 @@
 """Continuation of equilibria along straight paths of load, with extrapolation and step control.
 
-Where no equilibrium is found near the last one, walls have lost their balance: the body is then left to creep
-to where it goes by itself.
+Where Newton's method finds no equilibrium near the last one, walls have lost their balance, and viscous
+relaxation follows the body to the next stable one.
 """
 
 import logging
@@ -16,38 +16,21 @@ from fem_reference.algebra import SymmetricSolver
 from fem_reference.errors import NewtonError, UnstableError
 from fem_reference.solver.extrapolation import allowed_step, weights
 from fem_reference.solver.newton import solve_equilibrium
+from fem_reference.solver.options import DEFAULT, SolverOptions
 from fem_reference.solver.problem import Equilibrium, Problem
-from fem_reference.solver.viscous_relaxation import creep
+from fem_reference.solver.viscous_relaxation import relax
 
 _LOG = logging.getLogger(__name__)
 
-# A step is cut when Newton fails, kept where it takes the iterations between, and grown below.
-_EASY, _HARD = 4, 8
-# Cosine of the angle between two legs of a path that still counts as straight on.
-_STRAIGHT = 0.999
-_GROW, _SHRINK = 1.6, 0.6
-# The longest step after one that failed, and how it grows again with every easy one.
-_BELOW_FAILED, _FORGET = 0.7, 1.1
-_SMALLEST = 0.05
-# Earlier states kept for extrapolation, and the largest sum of absolute weights beyond a straight line; where
-# a step is chosen by what a parabola leaves, one that may still be half as long again as the last.
-_STATES = 2
-_AMPLIFICATION, _AMPLIFICATION_BY_STRIDE = 8.0, 13.0
-_PREDICTOR_CUTS = 6
-# How often a step is halved before the body is left to creep to its load.
-_HALVINGS = 2
-# A path that is to end where walls lose their balance ends where its goal fails from this share of the way.
-_MISSED = 0.05
-
 
 class PathError(ArithmeticError):
-    """No step forward converged.
+    """Error for a path that cannot advance: no step converges.
 
     Parameters
     ----------
-    message : why.
-    last, target : last equilibrium, and what it is under.
-    unstable : whether it is because walls lose their balance, and the body was not to creep.
+    message : reason.
+    last, target : last equilibrium and its loads.
+    unstable : whether the path ended, as asked for, where walls lose their balance.
     """
 
     def __init__(self, message: str, last: Equilibrium, target: Any, unstable: bool = False) -> None:
@@ -59,14 +42,14 @@ class PathError(ArithmeticError):
 
 @dataclass(frozen=True)
 class PathMemory:
-    """What a path follower goes on from, besides the equilibrium at hand.
+    """State of a path follower beside its equilibrium, to resume a path.
 
     Parameters
     ----------
     step : length of the next step.
-    earlier : configurations before the present one on this straight leg, and how far back each is.
+    earlier : configurations before the present one on this straight leg, each with its distance back.
     heading : direction of the leg.
-    longest : no step is longer, after one that failed.
+    longest : bound on the next steps, after one that failed.
     """
 
     step: float
@@ -76,14 +59,16 @@ class PathMemory:
 
 
 class PathFollower:
-    """Equilibria of a problem, one load after another.
+    """Path of equilibria of a problem, one load after another.
 
     Parameters
     ----------
-    problem, solver : what is in equilibrium, and the linear solver, which others may use between two goals.
-    equilibrium, target : where the path starts: an equilibrium and what it is under.
+    problem, solver : equations, and the linear solver, which others may use between two goals.
+    equilibrium, target : equilibrium from which the path starts, and its loads.
     memory : of the path that led here, or the length of a first step in the measure of the target's ``to``.
-    creeps : whether the body is left to creep where walls lose their balance; if not, the path ends there.
+    creeps : whether viscous relaxation follows the body where walls lose their balance; if not, the path ends
+        there.
+    options : of the solvers.
     """
 
     def __init__(
@@ -94,51 +79,53 @@ class PathFollower:
         target: Any,
         memory: PathMemory | float = 1.0,
         creeps: bool = True,
+        options: SolverOptions = DEFAULT,
     ) -> None:
         self.problem = problem
         self.solver = solver
+        self.options = options
         self.equilibrium = equilibrium
         self.target = target
         self.iterations = 0
-        #: The last loads on the way to the last goal before the body jumps, if it does.
+        #: Last loads before the body jumps on the way to the last goal; None where it does not jump.
         self.limit: Any = None
         if not isinstance(memory, PathMemory):
             memory = PathMemory(memory, [], np.zeros(0))
         self.step, self._earlier, self._heading = memory.step, memory.earlier, memory.heading
         self._longest = memory.longest
         self._creeps = creeps
-        # The solver's factors of the equilibrium at hand, and whether the last step failed for a loss of
-        # balance.
+        # Number of the solver's factors at the present equilibrium; whether the last step failed for a loss
+        # of balance.
         self._factors, self._unstable = solver.factors, False
 
     @property
     def jumped(self) -> bool:
-        """Whether a load that rises to the last goal takes the body there by a jump."""
+        """Whether the body jumps where the load rises to the last goal."""
         return self.limit is not None
 
     @property
     def memory(self) -> PathMemory:
-        """To go on from the present equilibrium as if there had been no break."""
+        """Memory from which another follower resumes this path without a break."""
         return PathMemory(self.step, self._earlier, self._heading, self._longest)
 
     def follow(self, goal: Any) -> Equilibrium:
-        """Go from the present equilibrium to ``goal``, in as many steps as it takes.
+        """Equilibrium at ``goal``, reached from the present one in steps of load.
 
-        The solver is left with the factors at the goal.
+        The solver keeps the factors at the goal.
 
         Raises
         ------
         PathError
-            When the goal is not reached; it carries the last equilibrium.
+            If the goal is not reached; it carries the last equilibrium.
         """
         self.limit = None
         origin, change = self.target, self.target.to(goal)
         length = float(np.linalg.norm(change))
         self._turn(change / max(length, np.finfo(float).tiny))
         if length == 0.0 and not self._advance(goal, 0.0):
-            raise PathError("the equilibrium at hand does not converge anew", self.equilibrium, origin)
-        done = 0.0
-        # Of the steps tried from the present equilibrium: how many, and the target and length of the first.
+            raise PathError("the present equilibrium does not converge again", self.equilibrium, origin)
+        done, missed = 0.0, self.options.continuation.missed_share * length
+        # Targets and lengths of the steps that failed from the present equilibrium.
         failed: list[tuple[Any, float]] = []
         while done < length:
             step = min(self.step, length - done)
@@ -149,38 +136,40 @@ class PathFollower:
                 done, failed = done + step, []
                 continue
             failed.append((target, step))
-            if done + step >= length and step < _MISSED * length and not self._creeps:
+            if done + step >= length and step < missed and not self._creeps:
                 raise self._error(step)
             if self._retreat(failed):
                 done, failed = done + failed[0][1], []
         return self.equilibrium
 
     def _turn(self, heading: Float[np.ndarray, " loads"]) -> None:
-        """Forget the states behind where the path turns: its direction there is worthless."""
-        if heading.shape != self._heading.shape or heading @ self._heading < _STRAIGHT:
+        """Drop the earlier states where the path turns, as they do not extrapolate around a corner."""
+        straight = self.options.continuation.straight
+        if heading.shape != self._heading.shape or heading @ self._heading < straight:
             self._earlier = []
         self._heading = heading
 
     def _retreat(self, failed: list[tuple[Any, float]]) -> bool:
-        """Shorten the step after those that ``failed``, or let the body creep; tell whether it has crept.
+        """Shorten the step after those that ``failed``, or relax; tell whether the body has relaxed.
 
-        Each of them is a target and how far it is; a creep leads to the first, the farthest.
+        Each failed step is a target and its distance; relaxation leads to the first, the farthest.
         """
+        own = self.options.continuation
         _, step = failed[-1]
-        self.step, self._longest = 0.5 * step, _BELOW_FAILED * step
-        if len(failed) <= _HALVINGS and self.step >= _SMALLEST:
+        self.step, self._longest = 0.5 * step, own.after_failure * step
+        if len(failed) <= own.halvings and self.step >= own.shortest:
             return False
         if not self._creeps and self._unstable:
             raise self._error(step)
-        if self._creeps and self._creep(*failed[0]):
+        if self._creeps and self._relax(*failed[0]):
             return True
-        if self.step < _SMALLEST:
+        if self.step < own.shortest:
             raise self._error(step)
         failed.clear()
         return False
 
     def _error(self, step: float) -> PathError:
-        """That no step forward converges, the last one tried of a length."""
+        """Error for a path whose next step, down to this length, does not converge."""
         here = np.round(self.target.pressure * 1e3, 3)
         unstable = self._unstable and not self._creeps
         message = f"stopped at pressures {here} kPa, where steps down to {step:.2g} of about 1 kPa fail"
@@ -188,14 +177,16 @@ class PathFollower:
             message = f"walls lose their balance within {step:.2g} kPa or so of pressures {here} kPa"
         return PathError(message, self.equilibrium, self.target, unstable)
 
-    def _creep(self, target: Any, step: float) -> bool:
-        """Let the body creep to ``target``; tell whether it came to rest."""
+    def _relax(self, target: Any, step: float) -> bool:
+        """Relax the body under ``target``; tell whether it came to rest."""
         try:
-            found = creep(self.problem, self.solver, target, self.equilibrium.configuration)
+            found = relax(
+                self.problem, self.solver, target, self.equilibrium.configuration, options=self.options
+            )
         except NewtonError as error:
-            _LOG.debug("creeping over a step of %.3g failed: %s", step, error)
+            _LOG.debug("relaxation over a step of %.3g failed: %s", step, error)
             return False
-        # What lies behind a jump says nothing of the way ahead.
+        # States before a jump do not extrapolate beyond it.
         self._factors, self._earlier = self.solver.factors, []
         self._longest = math.inf
         self._jump(self.target)
@@ -204,11 +195,11 @@ class PathFollower:
         return True
 
     def _jump(self, target: Any) -> None:
-        """Keep loads as those where the body jumps, if they are the first."""
+        """Keep the first loads where the body jumps."""
         self.limit = target if self.limit is None else self.limit
 
     def _advance(self, target: Any, step: float, on_the_way: bool = False) -> bool:
-        """Solve for ``target``, a step away; tell whether it converged."""
+        """Solve for ``target``, a step away; tell whether the solve converged."""
         at = self.equilibrium.configuration
         start = at
         if self._earlier and step > 0.0:
@@ -227,7 +218,7 @@ class PathFollower:
         return True
 
     def _solve(self, problem: Problem, target: Any, start: Any, on_the_way: bool) -> Equilibrium | None:
-        """The equilibrium of this branch that Newton's method finds; None where it gives up."""
+        """Equilibrium of this branch by Newton's method; None if it fails."""
         try:
             found = solve_equilibrium(
                 problem,
@@ -237,6 +228,7 @@ class PathFollower:
                 self.equilibrium.excess_negative or 0,
                 on_the_way=on_the_way,
                 convex=self.equilibrium.convex,
+                options=self.options,
             )
         except NewtonError as error:
             _LOG.debug("no equilibrium: %s", error)
@@ -246,24 +238,25 @@ class PathFollower:
         return found
 
     def _arrive(self, found: Equilibrium, target: Any, left: Any, step: float) -> None:
-        """Go on from ``found``, a step from the configuration ``left``; choose the next step."""
+        """Continue from ``found``, a step from the configuration ``left``; choose the next step."""
+        own = self.options.continuation
         back = [distance for _, distance in self._earlier]
-        earlier = [(left, 0.0), *self._earlier][:_STATES]
+        earlier = [(left, 0.0), *self._earlier][: own.earlier_states]
         self._earlier = [(state, distance + step) for state, distance in earlier] if step > 0.0 else []
         self.equilibrium, self.target = found, target
         self.iterations += found.iterations
         ahead = [distance for _, distance in self._earlier]
-        allowed = allowed_step(step, back, ahead, found.longest, self.problem.stride)
-        if found.iterations > _HARD or allowed < _SHRINK * step:
-            self.step = step * _SHRINK
-        elif found.iterations <= _EASY or allowed < step:
-            self.step = min(max(self.step, step) * _GROW, allowed, self._longest)
-            self._longest *= _FORGET
+        allowed = allowed_step(step, back, ahead, found.longest, self.problem.tolerances.stride)
+        if found.iterations > own.hard_iterations or allowed < own.shrinkage * step:
+            self.step = step * own.shrinkage
+        elif found.iterations <= own.easy_iterations or allowed < step:
+            self.step = min(max(self.step, step) * own.growth, allowed, self._longest)
+            self._longest *= own.recovery
 
     def _predict(self, target: Any) -> Any:
-        """Where the stiffness at hand takes the equilibrium under the new load, as far as nothing blocks.
+        """Start by the tangent at the present equilibrium, as far as nothing blocks it.
 
-        The stiffness is that under the old load: a new pressure makes that of an unchanged shape indefinite.
+        The stiffness is that under the old load: a new pressure makes that of the same shape indefinite.
         """
         at, linear = self.equilibrium.configuration, self.equilibrium.linear
         if linear is None or self._factors != self.solver.factors:
@@ -272,7 +265,7 @@ class PathFollower:
         loaded = replace(linear, residual=self.problem.linearise(at, target).residual)
         step = self.problem.newton_step(self.solver, loaded, target)
         fraction = self.problem.longest(step)
-        for _ in range(_PREDICTOR_CUTS):
+        for _ in range(self.options.continuation.predictor_cuts):
             guess = self.problem.advance(at, step, fraction, linear)
             allowed = self.problem.allowed(linear, guess)
             if allowed >= 1.0:
@@ -281,14 +274,15 @@ class PathFollower:
         return at
 
     def _extrapolate(self, step: float, degree: int) -> Any | None:
-        """Polynomial through the last states on this leg; None where it would amplify their errors."""
+        """Start by a polynomial through the last states on this leg; None if it amplifies their errors."""
         states, back = zip(*self._earlier[:degree], strict=True)
         if not self._trusts(step, list(back)):
             return None
         return self.problem.mean([self.equilibrium.configuration, *states], weights(step, list(back)))
 
     def _trusts(self, step: float, back: list[float]) -> bool:
-        """Whether a polynomial through these states does not amplify their errors too much."""
-        by_iterations = math.isinf(self.problem.stride)
-        most = _AMPLIFICATION if by_iterations else _AMPLIFICATION_BY_STRIDE
+        """Whether a polynomial through these states amplifies their errors little enough."""
+        own = self.options.continuation
+        by_stride = math.isfinite(self.problem.tolerances.stride)
+        most = own.amplification_by_stride if by_stride else own.amplification
         return len(back) < 2 or float(np.abs(weights(step, back)).sum()) <= most

@@ -1,4 +1,4 @@
-"""When an iterate is good enough, and how much of a step may be taken."""
+"""Tests of convergence, and the admissible part of a step."""
 
 import logging
 from typing import Any
@@ -6,28 +6,10 @@ from typing import Any
 import numpy as np
 
 from fem_reference.errors import NewtonError
+from fem_reference.solver.options import DEFAULT, ConvergenceOptions
 from fem_reference.solver.problem import Problem
 
 _LOG = logging.getLogger(__name__)
-
-# Residual forces [N] and moments [N mm]: chamber pressures give nodal forces of 1e-3 to 1e-2 N, round-off of
-# the stiff parts about 1e-11 N.
-FORCE_TOLERANCE = 1e-9
-MOMENT_TOLERANCE = 1e-8
-# Where walls touch, the barrier's gradient jumps a little as contact pairs change kind, and Newton's method
-# may end in a cycle about such a jump. It is accepted below this force [N] once the whole step is within the
-# problem's noise, which bounds what is lost, and below this moment [N mm].
-CONTACT_FORCE_TOLERANCE, CONTACT_MOMENT_TOLERANCE = 1e-3, 1e-4
-# Share of the size below which a stiffness is kept, with which an equilibrium on the way to another ends; of
-# what the next step would be, if steps shrink on as they do; and the force [N] below which it may do so with
-# a matrix that was made convex, or after a second step as small: single nodes between close walls take long
-# to share out theirs.
-ROUGH, ROUGH_FORCE = 0.2, 5e-2
-_ROUGH_NEXT = 0.04
-# A step [mm] of a matrix with convex contact that ends the iteration, and the force [N]: a hundredth of where
-# a kept stiffness ends it, as the matrix may be so many times too stiff.
-_CONVEX_END, _CONVEX_END_FORCE = 1e-8, 1e-7
-_MAX_BACKTRACKS = 12
 
 
 def imbalance(problem: Problem, linear: Any, target: Any, iteration: int) -> tuple[float, float]:
@@ -39,41 +21,67 @@ def imbalance(problem: Problem, linear: Any, target: Any, iteration: int) -> tup
     return force, moment
 
 
-def is_near(problem: Problem, size: float, last_size: float) -> bool:
-    """Whether a step leaves so little that its end is good enough on the way to another equilibrium."""
+def is_balanced(force: float, moment: float, options: ConvergenceOptions) -> bool:
+    """Whether residual force and moment are those of an equilibrium."""
+    return force <= options.force and moment <= options.moment
+
+
+def is_round_off(size: float, force: float, moment: float, options: ConvergenceOptions) -> bool:
+    """Whether a step and its residual are the round-off of a large mesh."""
+    return size <= options.round_off_step and force <= options.round_off_force and moment <= options.moment
+
+
+def is_near(problem: Problem, size: float, last_size: float, options: ConvergenceOptions) -> bool:
+    """Whether a step ends a rough equilibrium, one on the way to another."""
     ahead = size * min(1.0, size / last_size) if last_size > 0.0 else size
-    soon = not problem.exact and size <= problem.nearby and ahead <= _ROUGH_NEXT * problem.nearby
-    return soon or size <= ROUGH * problem.nearby
+    soon = not problem.tolerances.exact and size <= problem.tolerances.nearby and ahead <= options.rough_next_step * problem.tolerances.nearby
+    return soon or size <= options.rough_step * problem.tolerances.nearby
 
 
-def at_noise(problem: Problem, step: Any, force: float, moment: float) -> bool:
-    """Whether all that is left is what the contact's jumps may leave."""
+def at_noise(
+    problem: Problem,
+    step: Any,
+    force: float,
+    moment: float,
+    options: ConvergenceOptions = DEFAULT.convergence,
+) -> bool:
+    """Whether a step and its residual are within contact's noise.
+
+    The barrier's gradient jumps where contact pairs change kind, and Newton's method may cycle about a jump.
+    """
     farthest = float(np.abs(step.positions).max())
     return (
-        force <= CONTACT_FORCE_TOLERANCE
-        and farthest <= problem.noise
-        and moment <= CONTACT_MOMENT_TOLERANCE
+        force <= options.noise_force
+        and farthest <= problem.tolerances.noise
+        and moment <= options.noise_moment
         and problem.is_small(step)
     )
 
 
-def is_over(size: float, force: float, moment: float) -> bool:
-    """Whether a step with convex contact, and what called for it, are as good as nothing."""
-    return size <= _CONVEX_END and force <= _CONVEX_END_FORCE and moment <= MOMENT_TOLERANCE
+def is_over(size: float, force: float, moment: float, options: ConvergenceOptions) -> bool:
+    """Whether a step with a convexified matrix ends the iteration."""
+    return size <= options.convex_step and force <= options.convex_force and moment <= options.moment
 
 
-def admissible_part(problem: Problem, at: Any, step: Any, linear: Any, fraction: float) -> tuple[Any, bool]:
-    """The longest admissible part of a step: no wall crossed, no node in the rod, no element inverted.
+def admissible_part(
+    problem: Problem,
+    at: Any,
+    step: Any,
+    linear: Any,
+    fraction: float,
+    cuts: int = DEFAULT.line_search.cuts,
+) -> tuple[Any, bool]:
+    """State after the longest admissible part of a step, and whether nothing blocked it.
 
-    Told with it is whether nothing was in the way.
+    No wall is crossed, no node enters the rod, and no element is inverted.
     """
     whole = True
-    for _ in range(_MAX_BACKTRACKS):
+    for _ in range(cuts):
         trial = problem.advance(at, step, fraction, linear)
         allowed = problem.allowed(linear, trial)
         if allowed < 1.0:
             whole, plain = False, trial
-            trial = problem.keep_walls_apart(at, plain)
+            trial = problem.contact.keep_walls_apart(at, plain)
             if trial is not plain:
                 allowed = problem.allowed(linear, trial)
         if allowed >= 1.0:

@@ -1,7 +1,7 @@
-"""Steps with a stiffness that is kept: forces alone cost a tenth of new factors.
+"""Modified Newton method: steps with old factors, which cost a tenth of new ones.
 
-With the branch's own stiffness they shrink fast or are given up; with convex contact they are mixed
-(`AndersonMixing`).
+With the branch's own stiffness they shrink fast or are given up; with a convexified matrix Anderson
+acceleration combines them (`AndersonMixing`).
 """
 
 import logging
@@ -11,104 +11,97 @@ import numpy as np
 
 from fem_reference.algebra import SymmetricSolver
 from fem_reference.solver.anderson import AndersonMixing
-from fem_reference.solver.convergence import (
-    FORCE_TOLERANCE,
-    MOMENT_TOLERANCE,
-    ROUGH,
-    ROUGH_FORCE,
-    admissible_part,
-    at_noise,
-    imbalance,
-)
+from fem_reference.solver.convergence import admissible_part, at_noise, imbalance, is_balanced
+from fem_reference.solver.options import DEFAULT, SolverOptions
 from fem_reference.solver.problem import Problem
 
 _LOG = logging.getLogger(__name__)
 
-# A step with a kept stiffness that ends the iteration [mm], the force [N] and the moment [N mm]: strains of
-# 1e-6, and an error of 1e-8 of its length in the place of the actuator's tip; further, where a stiffness of
-# its own follows; less far where it does after mixed steps, as it ends in contact's noise.
-_KEPT_END = 1e-6, 1e-5, MOMENT_TOLERANCE
-_EXACT_END = 1e-8, 1e-6, MOMENT_TOLERANCE
-_MIXED_END = 1e-5, 1e-4, 1e-5
-# Steps with a stiffness that is kept: how many, how fast every other must shrink, and how many times as long
-# as the last one may be: the first is often as long as the step before it.
-_KEPT_ITERATIONS = 8
-_KEPT_CONTRACTION, _KEPT_GROWTH = 0.2, 1.5
-# Mixed steps: how many, and after how many that do not shrink to this share of the best they end, for
-# good or where contact's noise is all that is left.
-_MIXED_ITERATIONS, _MAX_STAGNANT_STEPS, _MAX_STAGNANT_STEPS_IN_NOISE, _STAGNATION_RATIO = 40, 6, 2, 0.9
-# One this much longer than the best is of a mean too far, and how often it then starts from the best anew.
-_TOO_FAR, _RESTARTS = 3.0, 2
-
 
 def modified_newton_steps(
-    problem: Problem, solver: SymmetricSolver, target: Any, at: Any, linear: Any, size: float
+    problem: Problem,
+    solver: SymmetricSolver,
+    target: Any,
+    at: Any,
+    linear: Any,
+    size: float,
+    options: SolverOptions = DEFAULT,
 ) -> tuple[Any, Any, float, bool]:
-    """Steps with the factors at hand, as long as they shrink fast: forces alone cost a tenth of a stiffness.
+    """Steps with the solver's factors, as long as they shrink fast.
 
-    Returns where they lead, the last linearisation, its residual force, and whether that is an equilibrium.
+    Returns
+    -------
+    the last state, its linearisation, its residual force, and whether it is an equilibrium.
     """
-    sizes = [size]
-    last_step, last_force, last_moment = _EXACT_END if problem.exact else _KEPT_END
-    for iteration in range(_KEPT_ITERATIONS):
+    own, sizes, force = options.modified_newton, [size], np.inf
+    end = own.exact_end if problem.tolerances.exact else own.end
+    for iteration in range(own.steps):
         linear = problem.update_forces(linear, at, target)
         force, moment = imbalance(problem, linear, target, iteration)
-        if force <= FORCE_TOLERANCE and moment <= MOMENT_TOLERANCE:
+        if is_balanced(force, moment, options.convergence):
             return at, linear, force, True
         step = problem.newton_step(solver, linear, target)
         size = problem.size(step, linear)
-        _LOG.debug("  kept stiffness: force %.2e N, moment %.2e N mm, step %.2e mm", force, moment, size)
-        if size <= last_step and force <= last_force and moment <= last_moment:
+        _LOG.debug("  old factors: force %.2e N, moment %.2e N mm, step %.2e mm", force, moment, size)
+        if size <= end.step and force <= end.force and moment <= end.moment:
             return at, linear, force, True
         # Steps shrink in pairs: one for the stiff parts' forces, one for what they do.
-        if size > _KEPT_GROWTH * sizes[-1] or (len(sizes) > 1 and size > _KEPT_CONTRACTION * sizes[-2]):
+        if size > own.growth * sizes[-1] or (len(sizes) > 1 and size > own.contraction * sizes[-2]):
             break
         sizes.append(size)
-        at, _ = admissible_part(problem, at, step, linear, 1.0)
+        at, _ = admissible_part(problem, at, step, linear, 1.0, options.line_search.cuts)
         if not problem.keeps(linear, at):
             break
     return at, linear, force, False
 
 
 def anderson_steps(
-    problem: Problem, solver: SymmetricSolver, target: Any, at: Any, linear: Any, rough: bool
+    problem: Problem,
+    solver: SymmetricSolver,
+    target: Any,
+    at: Any,
+    linear: Any,
+    rough: bool,
+    options: SolverOptions = DEFAULT,
 ) -> tuple[Any, Any, float, float | None]:
-    """Mixed steps with the factors at hand, of convex contact, as long as they lead on.
+    """Accelerated steps with the solver's factors, of a convexified matrix, as long as they make progress.
 
-    Returns where they lead, the last linearisation, its residual force, and if that is an equilibrium, the
-    least eigenvalue of the stiffness in the steps' directions, over that with convex contact.
+    Returns
+    -------
+    the last state, its linearisation, its residual force, and, if it is an equilibrium, the least eigenvalue
+    of the stiffness over the convexified matrix in the directions of the steps.
     """
-    mixing, smallest, since, restarts = AndersonMixing(problem), np.inf, 0, 0
+    own, convergence = options.anderson, options.convergence
+    mixing, smallest, since, restarts = AndersonMixing(problem, own), np.inf, 0, 0
     best, begun = (at, linear, 0.0), at
-    last_step, last_force, last_moment = _MIXED_END if problem.exact else _KEPT_END
-    for iteration in range(_MIXED_ITERATIONS):
+    end = own.exact_end if problem.tolerances.exact else options.modified_newton.end
+    for iteration in range(own.steps):
         linear = problem.update_forces(linear, at, target)
         force, moment = imbalance(problem, linear, target, iteration)
         step = problem.newton_step(solver, linear, target)
         size = problem.size(step, linear)
-        _LOG.debug("  mixed: force %.2e N, moment %.2e N mm, step %.2e mm", force, moment, size)
-        if min(size, smallest) > problem.reach:
-            # What the factors know nothing of: so far away even a look for walls in the way fills the memory.
+        _LOG.debug("  accelerated: force %.2e N, moment %.2e N mm, step %.2e mm", force, moment, size)
+        if min(size, smallest) > problem.tolerances.reach:
+            # The factors say nothing of so far a state, and the search for walls in the way fills the memory.
             break
-        since = 0 if size < _STAGNATION_RATIO * smallest else since + 1
+        since = 0 if size < own.progress * smallest else since + 1
         if size < smallest:
             smallest, best = size, (at, linear, force)
-        if rough and size <= ROUGH * problem.nearby and force <= ROUGH_FORCE:
-            moved, _ = admissible_part(problem, at, step, linear, 1.0)
+        if rough and size <= convergence.rough_step * problem.tolerances.nearby and force <= convergence.rough_force:
+            moved, _ = admissible_part(problem, at, step, linear, 1.0, options.line_search.cuts)
             return moved, linear, force, mixing.smallest
-        if size <= last_step and force <= last_force and moment <= last_moment:
+        if size <= end.step and force <= end.force and moment <= end.moment:
             return at, linear, force, mixing.smallest
-        in_noise = linear.walls_touch and at_noise(problem, step, force, moment)
-        if since > _MAX_STAGNANT_STEPS_IN_NOISE and in_noise:
-            # Steps of contact's noise do not tell a stiffness.
+        in_noise = linear.walls_touch and at_noise(problem, step, force, moment, convergence)
+        if since > own.stagnant_steps_in_noise and in_noise:
+            # Differences of noise do not estimate a stiffness.
             return at, linear, force, np.inf
-        if since > (_MAX_STAGNANT_STEPS_IN_NOISE if rough else _MAX_STAGNANT_STEPS):
+        if since > (own.stagnant_steps_in_noise if rough else own.stagnant_steps):
             break
-        if size > _TOO_FAR * smallest:
-            if restarts == _RESTARTS or best[0] is begun:
+        if size > own.restart_growth * smallest:
+            if restarts == own.restarts or best[0] is begun:
                 break
-            # Back to the best, and another way from there.
-            (at, linear, _), mixing, restarts = best, AndersonMixing(problem), restarts + 1
+            (at, linear, _), mixing, restarts = best, AndersonMixing(problem, own), restarts + 1
             begun = at
             step = problem.newton_step(solver, linear, target)
         moved = problem.advance(at, step, 1.0, linear)

@@ -1,11 +1,10 @@
-"""Pairs of chamber walls in contact, and the forces between them that Newton's method expects.
+"""Primal-dual stiffness of wall pairs in contact, for a barrier potential.
 
-A barrier's force f(d) grows like 1/d where walls are close. Newton's method, which takes f'(d) for its slope,
-overshoots inwards where a gap was wide, and only doubles one that is too narrow with every step. The force of
-a pair is therefore an unknown of its own while iterating, as in primal-dual interior-point methods: the last
-step says what it will be, λ. Newton's step for λ d = d f(d) has the stiffness −f'(d) + (λ − f)/d, which for
-f = c/d is λ/d. Forces stay those of the barrier, and so does the equilibrium; where λ and f agree, the
-stiffness is the barrier's own.
+The force f(d) of a barrier grows like 1/d where walls are close. Newton's method with the slope f'(d)
+overshoots where the gap was wide, and at most doubles a narrow gap in one step. The pair force λ is therefore
+a separate unknown while iterating, as in primal-dual interior-point methods; each step predicts its value.
+Newton's step for λ d = d f(d) has the stiffness −f'(d) + (λ − f)/d, which for f = c/d is λ/d. The forces, and
+so the equilibrium, remain those of the barrier; where λ and f agree, the stiffness is f' itself.
 
 References
 ----------
@@ -19,17 +18,18 @@ import ipctk
 import numpy as np
 from jaxtyping import Float, Int
 
-# λ of a pair that was not there before: what it is at this share of the activation distance, or f if that is
-# less; and the least of it that a step leaves of what was.
-_NEW, _LEAST = 0.3, 0.1
-# Difference of λ and f, as a share of f, that counts as none.
-_AGREED = 0.05
+# A new pair starts with the barrier force at this fraction of the activation distance, or its own, if less.
+_NEW_PAIR_DISTANCE = 0.3
+# One step reduces the predicted force of a pair to no less than this fraction.
+_MIN_FORCE_RATIO = 0.1
+# λ and f agree if they differ by less than this fraction of f.
+_AGREEMENT = 0.05
 
 
 def barrier_force(
     distance: Float[np.ndarray, " pairs"], activation: float, stiffness: float
 ) -> tuple[Float[np.ndarray, " pairs"], Float[np.ndarray, " pairs"]]:
-    """f(d) and −f'(d) per area [MPa, MPa/mm]; zero beyond the activation distance [mm]."""
+    """Return f(d) and −f'(d) per area [MPa, MPa/mm]; zero beyond the activation distance [mm]."""
     s = np.minimum(distance / activation, 1.0) ** 2
     log = np.log(s)
     slope = 2.0 * (1.0 - s) * log - (1.0 - s) ** 2 / s
@@ -40,18 +40,19 @@ def barrier_force(
 
 @dataclass(frozen=True)
 class WallPairs:
-    """Pairs within the activation distance, at one iterate.
+    """Wall pairs within the activation distance, at one iterate.
 
     Parameters
     ----------
-    vertices : of the walls [mm].
-    kinds : 0 to 3, of vertex and vertex, edge and vertex, edge and edge, face and vertex.
-    members : the pairs' vertices; beyond the first two or three, 0 and a gradient of zero.
-    gradient : of the distance in those vertices.
-    area : that each pair stands for [mm²]; less where parallel edges share it.
-    distance : of each [mm].
-    force : f of each [MPa].
-    law, stiffness : −f' of each, and what it is taken for [MPa/mm].
+    vertices : positions of the walls' vertices [mm].
+    kinds : 0 vertex–vertex, 1 edge–vertex, 2 edge–edge, 3 face–vertex.
+    members : the pairs' vertices; pairs with fewer than four are padded by 0, with a gradient of zero.
+    gradient : derivative of the distance by those vertices.
+    area : area of each pair [mm²]; reduced where parallel edges share it.
+    distance : distance d [mm].
+    force : barrier force f [MPa].
+    law : −f' [MPa/mm].
+    stiffness : stiffness in Newton's step, from λ [MPa/mm].
     """
 
     vertices: np.ndarray
@@ -66,22 +67,22 @@ class WallPairs:
 
     @property
     def names(self) -> Int[np.ndarray, "pairs 5"]:
-        """The same for the same pair at another iterate."""
+        """Kind and vertices, which identify a pair at all iterates."""
         return np.column_stack([self.kinds, self.members])
 
     def expected(
         self, vertices: np.ndarray, names: Int[np.ndarray, "others 5"]
     ) -> Float[np.ndarray, " others"]:
-        """λ of the pairs of these names after a move to other ``vertices`` [MPa]; NaN of those unknown."""
+        """Predict λ [MPa] of the named pairs after a move to other ``vertices``; NaN for unknown pairs."""
         moved = (vertices - self.vertices)[self.members]
         force = self.force - self.stiffness * np.einsum("pai,pai->p", self.gradient, moved)
         _, number = np.unique(np.concatenate([self.names, names]), axis=0, return_inverse=True)
         known = np.full(len(number), np.nan)
-        known[number[: len(force)]] = np.maximum(force, _LEAST * self.force)
+        known[number[: len(force)]] = np.maximum(force, _MIN_FORCE_RATIO * self.force)
         return known[number[len(force) :]]
 
     def change(self) -> tuple[np.ndarray, np.ndarray]:
-        """Vertices of the pairs whose stiffness is not the law's, and their local matrices, of change."""
+        """Return the pairs whose stiffness differs from the law's, as vertices and matrices of the change."""
         chosen = self.stiffness != self.law
         weight = self.area[chosen] * (self.stiffness - self.law)[chosen]
         gradient = self.gradient[chosen].reshape(-1, 12)
@@ -96,34 +97,32 @@ def wall_pairs(
     stiffness: float,
     before: WallPairs | None,
 ) -> WallPairs:
-    """The pairs of a set of collisions.
+    """Return the pairs of a set of collisions.
 
     Parameters
     ----------
-    collisions, mesh, vertices : of ipctk.
-    activation [mm], stiffness [MPa] : of the barrier.
-    before : the pairs of the last iterate; without them the stiffness is the law's.
+    collisions, mesh, vertices : collision set, mesh and vertices of ipctk.
+    activation, stiffness : the barrier's activation distance [mm] and stiffness [MPa].
+    before : pairs of the last iterate; without them the stiffness is the law's.
     """
-    found = [_measured(of_kind, mesh, vertices) for of_kind in _by_kind(collisions)]
+    found = [_measure(pairs, mesh, vertices) for pairs in _by_kind(collisions)]
     kinds = np.repeat(np.arange(len(found)), [len(members) for members, *_ in found])
     members, distance, gradient, area = (np.concatenate(parts) for parts in zip(*found, strict=True))
     force, law = barrier_force(distance, activation, stiffness)
     pairs = WallPairs(vertices, kinds, members, gradient, area, distance, force, law, law)
     if before is None:
         return pairs
-    wide = np.maximum(distance, _NEW * activation)
-    new, _ = barrier_force(wide, activation, stiffness)
+    new, _ = barrier_force(np.maximum(distance, _NEW_PAIR_DISTANCE * activation), activation, stiffness)
     known = before.expected(vertices, pairs.names)
     expected = np.where(np.isnan(known), new, known)
-    excess = np.where(np.abs(expected - force) > _AGREED * force, expected - force, 0.0)
-    taken = np.maximum(law + excess / distance, 0.0)
-    return replace(pairs, stiffness=taken)
+    excess = np.where(np.abs(expected - force) > _AGREEMENT * force, expected - force, 0.0)
+    return replace(pairs, stiffness=np.maximum(law + excess / distance, 0.0))
 
 
 def _by_kind(collisions: ipctk.NormalCollisions) -> tuple[list, list, list, list]:
-    """The pairs of each kind, in the order of `WallPairs`.
+    """Return the pairs of each kind, in the order of `WallPairs`.
 
-    Python's handles of them may not outlive ``collisions``.
+    They refer into ``collisions`` and must not outlive it.
     """
     return (
         collisions.vv_collisions,
@@ -134,9 +133,9 @@ def _by_kind(collisions: ipctk.NormalCollisions) -> tuple[list, list, list, list
 
 
 def pair_vertices(pairs: list, mesh: ipctk.CollisionMesh) -> Int[np.ndarray, "pairs _"]:
-    """Vertices of pairs of one kind, as ipctk orders them.
+    """Return the vertices of pairs of one kind, in ipctk's order.
 
-    ipctk tells them of each pair by a call that takes as long as all else that is asked of it.
+    A call of ipctk for the vertices of each pair would take as long as all other calls together.
     """
     if not pairs:
         return np.zeros((0, 4), int)
@@ -153,7 +152,7 @@ def pair_vertices(pairs: list, mesh: ipctk.CollisionMesh) -> Int[np.ndarray, "pa
     return np.array([(pair.vertex0_id, pair.vertex1_id) for pair in pairs])
 
 
-def _measured(
+def _measure(
     pairs: list, mesh: ipctk.CollisionMesh, vertices: np.ndarray
 ) -> tuple[
     Int[np.ndarray, "pairs 4"],
@@ -161,14 +160,13 @@ def _measured(
     Float[np.ndarray, "pairs 4 3"],
     Float[np.ndarray, " pairs"],
 ]:
-    """Vertices of pairs of one kind, their distances, these' gradients, and areas."""
+    """Return vertices, distances, gradients and areas of pairs of one kind."""
     own = pair_vertices(pairs, mesh)
     count, size = own.shape
     members, shares = np.zeros((count, 4), int), np.zeros((count, 4))
     members[:, :size] = own
     places = vertices[own].reshape(count, 3 * size)
-    # The vector between the closest points is Σ c_a x_a; as these are the closest, its length changes as if
-    # the c_a stayed.
+    # The vector between the closest points is Σ c_a x_a. Its length is stationary in the c_a.
     each = list(zip(pairs, places, strict=True))
     if pairs:
         shares[:, :size] = [pair.compute_coefficients(place) for pair, place in each]

@@ -1,7 +1,7 @@
-"""Contact between the walls of a chamber, by the IPC barrier of `ipctk`.
+"""Self-contact of the chamber walls by the IPC barrier of `ipctk`.
 
-The chambers' walls, split into triangles, may not pass through themselves. The barrier acts below the
-activation distance of 0.05 mm. Lengths mm, stresses MPa.
+The walls are split into triangles. The barrier acts below the activation distance of 0.05 mm. Lengths mm,
+stresses MPa.
 
 References
 ----------
@@ -16,22 +16,25 @@ from jaxtyping import Float, Int
 from fem_reference.walls.pair_forces import WallPairs, pair_vertices, wall_pairs
 
 ACTIVATION = 0.05
-# Stress scale of the area-weighted barrier. The bending angle at 60 kPa moves by 0.5 % when it is divided by
-# ten.
+# Stress scale of the area-weighted barrier. The bending angle at 60 kPa changes by 0.5 % when it is divided
+# by ten.
 STIFFNESS = 0.02
-# Walls within this many activation distances are taken for neighbours, which may soon touch.
+# Walls within this many activation distances are neighbours in the sparsity pattern: they may soon touch.
 _NEAR = 3.0
-# Exactly parallel edges, of which an extruded mesh has many, leave the kind of an edge pair to round-off, and
-# with it a share of the barrier. A fixed offset of this size per vertex breaks the ties.
+# Fixed random offset of each vertex [mm]. An extruded mesh has many exactly parallel edges, for which
+# round-off would decide the kind of an edge pair, and with it a part of the barrier.
 TIE_BREAK = 1e-4
-# Walls that a step would bring through each other are held at this distance [mm], or this share of the one
-# that they had; and in how many rounds, of how many sweeps over the pairs that are in the way.
-_HELD, _HELD_SHARE = 0.3 * ACTIVATION, 0.4
-_ROUNDS, _SWEEPS = 8, 40
-# How near to the first touch pairs are looked for, as a share of the way there.
+# Distance [mm] at which walls are kept that a step would bring through each other, …
+_KEPT_DISTANCE = 0.3 * ACTIVATION
+# … or this fraction of their distance at the start of the step, if smaller.
+_KEPT_FRACTION = 0.4
+# Rounds of collision detection, and projection sweeps over the blocked pairs in each round.
+_ROUNDS = 8
+_SWEEPS = 40
+# Blocked pairs are looked for at this fraction of the way to the first touch.
 _NEAR_TOUCH = 0.9
-# How far a wall may be from where it is seen [mm]: as far as an edge is off the arc between its ends. That is
-# 0.007 mm at a curvature of 0.1/mm, twice a half turn's, where elements of 0.5 mm are stretched by half.
+# Margin of the broad phase [mm]: candidates are found from straight edges, while an edge may move on an arc.
+# The difference is 0.007 mm at 0.1/mm, twice the curvature of a half turn, with edges stretched to 0.75 mm.
 _BROAD_PHASE_MARGIN = 0.02
 
 #: Positions of all nodes at the start and the end of a step [mm].
@@ -44,7 +47,7 @@ class WallContact:
     Parameters
     ----------
     rest : reference positions of all nodes [mm].
-    quads : oriented wall facets of all chambers.
+    quads : oriented wall facets of all chambers, by their nodes.
     """
 
     def __init__(self, rest: Float[np.ndarray, "nodes 3"], quads: Int[np.ndarray, "facets 4"]) -> None:
@@ -57,7 +60,7 @@ class WallContact:
         )
         edges = np.unique(np.sort(sides, axis=1), axis=0)
         self._mesh = ipctk.CollisionMesh(np.asfortranarray(rest[self.nodes]), edges, self.triangles)
-        # Sums in a fixed order: the same positions give the same force, bit for bit.
+        # One thread sums in a fixed order: equal positions give bitwise equal forces.
         ipctk.set_num_threads(1)
         self._potential = ipctk.BarrierPotential(ACTIVATION, STIFFNESS, use_physical_barrier=True)
         self._last: tuple[np.ndarray, ipctk.NormalCollisions, sparse.csr_matrix] | None = None
@@ -73,12 +76,12 @@ class WallContact:
         return collisions
 
     def energy(self, positions: Float[np.ndarray, "nodes 3"]) -> float:
-        """Barrier energy [N mm]."""
+        """Return the barrier energy [N mm]."""
         vertices = self._vertices(positions)
         return float(self._potential(self._collisions(vertices), self._mesh, vertices))
 
     def force(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "nodes 3"] | None:
-        """Force on all nodes; None where no walls are near."""
+        """Return the force on all nodes [N]; None if no walls are near."""
         vertices = self._vertices(positions)
         collisions = self._collisions(vertices)
         return None if collisions.empty() else self._force(collisions, vertices, positions)
@@ -86,11 +89,11 @@ class WallContact:
     def iterate(
         self, positions: Float[np.ndarray, "nodes 3"], before: WallPairs | None
     ) -> tuple[Float[np.ndarray, "nodes 3"], sparse.csr_matrix, WallPairs] | None:
-        """Force on all nodes, stiffness over all degrees of freedom, and pairs; None where no walls are near.
+        """Return force on all nodes, stiffness over all components, and pairs; None if no walls are near.
 
-        The stiffness is the Hessian, or what Newton's method takes for it after the pairs ``before``.
+        The stiffness is the Hessian, or with the pairs ``before`` that of `pair_forces`.
         """
-        vertices, collisions, hessian = self._whole(positions)
+        vertices, collisions, hessian = self._with_hessian(positions)
         if collisions.empty():
             return None
         force = self._force(collisions, vertices, positions)
@@ -102,29 +105,29 @@ class WallContact:
         return force, hessian + change, pairs
 
     def concave_part(self, positions: Float[np.ndarray, "nodes 3"]) -> sparse.csr_matrix | None:
-        """Every pair's own negative eigenvalues, as a part of the Hessian; None where no walls are near."""
-        vertices, collisions, hessian = self._whole(positions)
+        """Return the part of the Hessian with each pair's negative eigenvalues; None if no walls are near."""
+        vertices, collisions, hessian = self._with_hessian(positions)
         if collisions.empty():
             return None
         convex = ipctk.PSDProjectionMethod.CLAMP
         return hessian - self._hessian(collisions, vertices, positions.size, convex)
 
-    def _whole(
+    def _with_hessian(
         self, positions: Float[np.ndarray, "nodes 3"]
     ) -> tuple[np.ndarray, ipctk.NormalCollisions, sparse.csr_matrix]:
-        """Vertices, pairs and Hessian; of one iterate its concave part as a rule is asked for next."""
+        """Return vertices, collisions and Hessian; cached, as the concave part is usually needed next."""
         vertices = self._vertices(positions)
         if self._last is None or not np.array_equal(self._last[0], vertices):
-            collisions, whole = self._collisions(vertices), ipctk.PSDProjectionMethod.NONE
-            hessian = self._hessian(collisions, vertices, positions.size, whole)
+            collisions, unchanged = self._collisions(vertices), ipctk.PSDProjectionMethod.NONE
+            hessian = self._hessian(collisions, vertices, positions.size, unchanged)
             self._last = vertices, collisions, hessian
         return self._last
 
     def neighbours(self, positions: Float[np.ndarray, "nodes 3"]) -> sparse.csr_matrix:
-        """A matrix over all degrees of freedom with entries where the Hessian has some, or soon may.
+        """Return a matrix over all components with entries where the Hessian has some, or soon may.
 
-        They are those of all vertices of faces and edges that are near each other: whichever of them is the
-        closest changes with every step.
+        It couples all vertices of faces and edges that are near each other, because the closest pairs among
+        them change with every step.
         """
         vertices, reach = self._vertices(positions), _NEAR * ACTIVATION
         candidates = ipctk.Candidates()
@@ -167,58 +170,61 @@ class WallContact:
         self,
         start: Float[np.ndarray, "nodes 3"],
         end: Float[np.ndarray, "nodes 3"],
-        seen: ContactPath | None = None,
+        broad_phase: ContactPath | None = None,
     ) -> float:
-        """Largest fraction of the straight step from ``start`` to ``end`` before walls touch.
+        """Return the largest fraction of the straight step from ``start`` to ``end`` before walls touch.
 
-        Pairs that may touch are looked for where they are ``seen``, or on the way itself. What is seen may
-        have the body's bending taken off, so that little moves; it does not tell when walls touch, as edges
-        that were straight would be arcs there.
+        Candidate pairs are found on the step itself, or on the ``broad_phase`` positions, which may have the
+        body's bending removed so that less moves. Times of contact always come from the step itself, because
+        straight edges become arcs when bending is removed.
         """
         first, last = self._vertices(start), self._vertices(end)
-        candidates = self._candidates(first, last, seen)
+        candidates = self._candidates(first, last, broad_phase)
         return float(candidates.compute_collision_free_stepsize(self._mesh, first, last))
 
-    def _candidates(self, first: np.ndarray, last: np.ndarray, seen: ContactPath | None) -> ipctk.Candidates:
+    def _candidates(
+        self, first: np.ndarray, last: np.ndarray, broad_phase: ContactPath | None
+    ) -> ipctk.Candidates:
         candidates = ipctk.Candidates()
-        if seen is None:
+        if broad_phase is None:
             candidates.build(self._mesh, first, last)
         else:
-            from_there, to_there = (self._vertices(positions) for positions in seen)
-            candidates.build(self._mesh, from_there, to_there, _BROAD_PHASE_MARGIN)
+            start, end = (self._vertices(positions) for positions in broad_phase)
+            candidates.build(self._mesh, start, end, _BROAD_PHASE_MARGIN)
         return candidates
 
     def keep_walls_apart(
         self,
         start: Float[np.ndarray, "nodes 3"],
         end: Float[np.ndarray, "nodes 3"],
-        seen: ContactPath | None = None,
+        broad_phase: ContactPath | None = None,
     ) -> Float[np.ndarray, "nodes 3"] | None:
-        """Displacement to add to ``end`` so that walls do not pass through each other on the way there.
+        """Return a displacement to add to ``end`` so that walls do not pass through each other in the step.
 
-        It is that of the walls' nodes alone, along the pairs' normals, by projection as in position-based
-        dynamics, and not always enough: the way to what it leads to may still be blocked. None where nothing
-        is to be held. For ``seen`` see `step_limit`.
+        It moves only the walls' nodes, along the pairs' normals, by projection as in position-based dynamics.
+        The corrected step may still be blocked. None if no walls collide. For ``broad_phase`` see
+        `step_limit`.
 
         References
         ----------
         Müller et al. (2007), Position based dynamics, §3.3.
         """
         first, wanted = self._vertices(start), self._vertices(end)
-        last, candidates = wanted, self._candidates(first, wanted, seen)
+        last, candidates = wanted, self._candidates(first, wanted, broad_phase)
         for _ in range(_ROUNDS):
             touch = candidates.compute_collision_free_stepsize(self._mesh, first, last)
             if touch >= 1.0:
                 break
-            last = self._parted(first, np.asfortranarray(first + _NEAR_TOUCH * touch * (last - first)), last)
+            near = np.asfortranarray(first + _NEAR_TOUCH * touch * (last - first))
+            last = self._separate(first, near, last)
         if last is wanted:
             return None
-        held = np.zeros_like(end)
-        held[self.nodes] = last - wanted
-        return held
+        correction = np.zeros_like(end)
+        correction[self.nodes] = last - wanted
+        return correction
 
-    def _parted(self, first: np.ndarray, near: np.ndarray, last: np.ndarray) -> np.ndarray:
-        """``last``, with pairs that are close at ``near`` taken to what they keep of their distance."""
+    def _separate(self, first: np.ndarray, near: np.ndarray, last: np.ndarray) -> np.ndarray:
+        """Return ``last`` with the pairs that are close at ``near`` moved to the distance that they keep."""
         pairs = wall_pairs(
             self._collisions(near, _NEAR * ACTIVATION), self._mesh, near, ACTIVATION, STIFFNESS, None
         )
@@ -227,7 +233,7 @@ class WallContact:
         def distance(at: np.ndarray) -> np.ndarray:
             return pairs.distance + np.einsum("pai,pai->p", gradient, (at - near)[members])
 
-        kept = np.minimum(_HELD, _HELD_SHARE * np.maximum(distance(first), pairs.distance))
+        kept = np.minimum(_KEPT_DISTANCE, _KEPT_FRACTION * np.maximum(distance(first), pairs.distance))
         weight = np.einsum("pai,pai->p", gradient, gradient)
         moved = last.copy()
         for _ in range(_SWEEPS):
@@ -243,11 +249,11 @@ class WallContact:
         return np.asfortranarray(moved)
 
     def intersects(self, positions: Float[np.ndarray, "nodes 3"]) -> bool:
-        """Whether a wall passes through another."""
+        """Return whether walls pass through each other."""
         return bool(ipctk.has_intersections(self._mesh, self._vertices(positions)))
 
     def minimum_distance(self, positions: Float[np.ndarray, "nodes 3"]) -> float:
-        """Smallest distance between walls below the activation distance [mm]; infinite where none is."""
+        """Return the smallest wall distance below the activation distance [mm]; infinite if there is none."""
         vertices = self._vertices(positions)
         collisions = self._collisions(vertices)
         return float(np.sqrt(collisions.compute_minimum_distance(self._mesh, vertices)))
@@ -256,7 +262,7 @@ class WallContact:
 def _mirror_symmetric_split(
     corner: Float[np.ndarray, "facets 4 3"], quads: Int[np.ndarray, "facets 4"]
 ) -> np.ndarray:
-    """Two triangles per quadrilateral, their diagonals mirror images about every chamber's mid-plane."""
+    """Split quadrilaterals into two triangles, symmetrically about every chamber's mid-plane."""
     azimuth = np.arctan2(corner[..., 1].mean(axis=1), corner[..., 0].mean(axis=1))
     third = 2.0 * np.pi / 3.0
     side = azimuth - third * np.round(azimuth / third) > 0.0
@@ -265,7 +271,7 @@ def _mirror_symmetric_split(
     height = corner[..., 2] - corner[..., 2].mean(axis=1, keepdims=True)
     low = height < -1e-9
     lower_edge = low & np.roll(low, -1, axis=1)
-    # A ceiling has no lower edge; any start will do there.
+    # A ceiling has no lower edge; any start is good there.
     start = np.argmax(lower_edge, axis=1) + side
     cycle = np.take_along_axis(quads, (start[:, None] + np.arange(4)) % 4, axis=1)
     return np.concatenate([cycle[:, [0, 1, 2]], cycle[:, [0, 2, 3]]])

@@ -1,4 +1,4 @@
-"""The command `rodmodel`: predictions of the compiled rod, for people and for programs."""
+"""The command `rodmodel`: predictions of the compiled rod, as text or JSON."""
 
 import os
 import sys
@@ -8,6 +8,7 @@ from rodmodel.cli import _export, _inverse, _layouts, _predict, _workspace
 from rodmodel.cli._arguments import InputError, Parser
 from rodmodel.cli._options import BAD_INPUT
 
+# Status of a program that SIGPIPE ends: 128 and the signal's number.
 UNREAD = 141
 
 
@@ -16,19 +17,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Returns
     -------
-    status : 0 good; 2 bad input, told in one line on standard error; 3 no convergence, with what was reached;
-        141 as of other commands (128 and the number of SIGPIPE) where the output was not read to its end.
+    status : 0 success; 2 bad input, with one line on standard error; 3 no convergence, with the state reached
+        on standard output; 141 if the reader closed standard output early.
     """
     try:
         options = _parser().parse_args(arguments)
         status: int = options.command(options)
         sys.stdout.flush()
     except BrokenPipeError:
-        # Whoever reads has had enough (`| head`). What is still unwritten would fail anew at exit.
+        # The reader closed the pipe (`| head`). Buffered output would fail again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return UNREAD
     except InputError as error:
-        # One line, whatever a file name or the system put into it.
+        # Names of files and messages of the system may hold line breaks.
         print("rodmodel:", *str(error).split(), file=sys.stderr)
         return BAD_INPUT
     return status

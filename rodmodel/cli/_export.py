@@ -1,4 +1,4 @@
-"""`rodmodel export`: C sources of the core with a calibration in them, for a controller without Python."""
+"""`rodmodel export`: C sources of the core with a calibrated rod, for a controller without Python."""
 
 import argparse
 from pathlib import Path
@@ -14,7 +14,7 @@ def add_to(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> N
     parser = commands.add_parser("export", help="write C99 sources that predict on a controller")
     add_layout(parser)
     add = parser.add_argument
-    add("--out", required=True, metavar="DIR", help="directory for the sources, made where it is not there")
+    add("--out", required=True, metavar="DIR", help="directory for the sources, created if missing")
     add("--float", action="store_true", help="single precision (default: double)")
     parser.set_defaults(command=_run)
 

@@ -1,4 +1,4 @@
-"""`rodmodel inverse`: the pressures for a wanted bend or tip position."""
+"""`rodmodel inverse`: pressures for a target bend or tip position."""
 
 import argparse
 import json
@@ -24,12 +24,12 @@ _ANGLE, _PLANE = "one angle of 0 or more [deg]", "one finite angle [deg]"
 
 def add_to(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     """Add the command."""
-    parser = commands.add_parser("inverse", help="find the pressures for a wanted bend or tip position")
+    parser = commands.add_parser("inverse", help="find the pressures for a target bend or tip position")
     add_layout(parser)
     add = parser.add_argument
-    add("--bending-angle-deg", nargs="+", metavar="T", help=f"wanted bending angle: {_ANGLE}")
-    add("--bending-plane-deg", nargs="+", metavar="G", help=f"wanted bending plane: {_PLANE}")
-    add("--tip-position-mm", nargs="+", metavar="X", help="X Y Z: wanted centre of the cap's face [mm]")
+    add("--bending-angle-deg", nargs="+", metavar="T", help=f"target bending angle: {_ANGLE}")
+    add("--bending-plane-deg", nargs="+", metavar="G", help=f"target bending plane: {_PLANE}")
+    add("--tip-position-mm", nargs="+", metavar="X", help="X Y Z: target of the cap's face centre [mm]")
     add_loads(parser)
     add_output(parser, plot=None)
     parser.set_defaults(command=_run)
@@ -48,11 +48,9 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def not_reached(record: dict[str, Any]) -> str:
-    """How far the search came, and what to do."""
+    """Say how far the search came, and what to do."""
     if record["result"] != "successful":
-        return (
-            "no convergence: under the loads the rod has no equilibrium that it goes to: take smaller loads"
-        )
+        return "no convergence: under the loads the rod has no equilibrium on its branch: take smaller loads"
     left = (
         f"{record['distance_deg']:.3g} deg away"
         if "distance_deg" in record
@@ -69,10 +67,10 @@ def not_reached(record: dict[str, Any]) -> str:
 
 
 def _target(options: argparse.Namespace) -> dict[str, Any]:
-    """Target in SI, as `CoreRod.inverse` takes it."""
+    """Return the target in SI, as `CoreRod.inverse` takes it."""
     flags = ("--bending-angle-deg", "--bending-plane-deg", "--tip-position-mm")
-    came = (options.bending_angle_deg, options.bending_plane_deg, options.tip_position_mm)
-    given = [flag for flag, value in zip(flags, came, strict=True) if value is not None]
+    values = (options.bending_angle_deg, options.bending_plane_deg, options.tip_position_mm)
+    given = [flag for flag, value in zip(flags, values, strict=True) if value is not None]
     if given == [flags[2]]:
         position = components(flags[2], options.tip_position_mm, "mm")
         assert position is not None

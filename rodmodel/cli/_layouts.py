@@ -1,4 +1,4 @@
-"""`rodmodel layouts`: the calibrations that ship."""
+"""`rodmodel layouts`: the shipped calibrations."""
 
 import argparse
 import json

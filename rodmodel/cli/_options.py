@@ -31,16 +31,16 @@ _PLOT_FILE = "a .pdf, .png or .svg file in a directory that can be written to"
 
 
 def add_layout(parser: argparse.ArgumentParser) -> None:
-    """Which rod."""
+    """Add the options that choose the rod."""
     add = parser.add_argument
     add("--layout", help=f"winding layout (default: {_LAYOUT}, or that of the calibration file)")
     add("--psi-deg", nargs="+", metavar="PSI", help="winding orientation [deg] (default: 0, or the file's)")
     add("--pitch-mm", nargs="+", metavar="P", help="winding pitch [mm] (default: 3, or the file's)")
-    add("--calibration", metavar="FILE", help="calibration file to take in place of those that ship")
+    add("--calibration", metavar="FILE", help="calibration file to use instead of the shipped ones")
 
 
 def add_loads(parser: argparse.ArgumentParser) -> None:
-    """What is on it."""
+    """Add the options of the dead loads."""
     add = parser.add_argument
     add("--tip-force-n", nargs="+", metavar="F", help="FX FY FZ: on the cap's outer face, world frame [N]")
     add("--tip-moment-nmm", nargs="+", metavar="M", help="MX MY MZ: on the cap, world frame [N mm]")
@@ -48,14 +48,14 @@ def add_loads(parser: argparse.ArgumentParser) -> None:
 
 
 def add_output(parser: argparse.ArgumentParser, plot: str | None) -> None:
-    """What comes back; `plot` says what is drawn, None that nothing is."""
+    """Add the options of the output; `plot` names the picture's content, None for no picture."""
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     if plot is not None:
         parser.add_argument("--plot", metavar="FILE", help=f"draw {plot}: a PNG, PDF or SVG file")
 
 
 def loads_of(options: argparse.Namespace) -> dict[str, Any]:
-    """Loads in SI, as `CoreRod.solve` and its kind take them."""
+    """Return the loads in SI, as `CoreRod.solve` takes them."""
     moment = components("--tip-moment-nmm", options.tip_moment_nmm, "N mm")
     return {
         "tip_force": components("--tip-force-n", options.tip_force_n, "N"),
@@ -65,16 +65,16 @@ def loads_of(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def components(
-    flag: str, came: list[str] | None, unit: str, frame: str = "the world frame"
+    flag: str, words: list[str] | None, unit: str, frame: str = "the world frame"
 ) -> np.ndarray | None:
-    """Three components, where they are given."""
-    if came is None:
+    """Return the three components of an option, or None if it is absent."""
+    if words is None:
         return None
-    return np.array(numbers(flag, came, 3, f"three finite components in {frame} [{unit}]", negative=True))
+    return np.array(numbers(flag, words, 3, f"three finite components in {frame} [{unit}]", negative=True))
 
 
 def find_calibration(options: argparse.Namespace) -> Found:
-    """Calibration of the layout that was asked for; what was not said is the calibration file's."""
+    """Return the calibration of the requested layout; options not given default to the calibration file's."""
     try:
         known = (
             shipped_calibrations() if options.calibration is None else [read_calibration(options.calibration)]
@@ -99,37 +99,37 @@ def find_calibration(options: argparse.Namespace) -> Found:
     try:
         return find_among(known, layout, psi, pitch)
     except CalibrationNotFoundError as error:
-        flag, came = {
+        flag, value = {
             "layout": ("--layout", layout),
             "psi": ("--psi-deg", options.psi_deg[0] if options.psi_deg else f"{_PSI_DEG:g}"),
             "pitch": ("--pitch-mm", options.pitch_mm[0] if options.pitch_mm else f"{_PITCH_MM:g}"),
         }[error.argument]
-        raise InputError(f"{flag}: got {came!r}, expected {error.expected}") from error
+        raise InputError(f"{flag}: got {value!r}, expected {error.expected}") from error
 
 
 def load_rod(options: argparse.Namespace) -> "rodmodel.core.CoreRod":
-    """Rod of the layout that was asked for."""
-    # Imported late: `layouts` and complaints do without it.
+    """Return the rod of the requested layout."""
+    # Imported late: `layouts` and errors do without it.
     from rodmodel.core import CoreRod
 
     return CoreRod.of(find_calibration(options))
 
 
 def check_plot_file(options: argparse.Namespace) -> None:
-    """Refuse before the solve what can be known to fail after it."""
+    """Refuse a picture that cannot be written, before the solve."""
     if options.plot is None:
         return
     file = Path(options.plot)
     try:
         usable = not file.is_dir() and os.access(file.parent, os.W_OK)
-    except OSError:  # a name that is too long, say
+    except OSError:  # for example, a name that is too long
         usable = False
     if not usable or file.suffix.lower() not in _PLOT_SUFFIXES:
         raise InputError(f"--plot: got {options.plot!r}, expected {_PLOT_FILE}")
 
 
 def plot(options: argparse.Namespace, draw: Callable[[Path], None]) -> None:
-    """Draw into the file that was asked for, if one was."""
+    """Draw into the requested file, if any."""
     if options.plot is None:
         return
     try:

@@ -1,4 +1,4 @@
-"""`rodmodel predict`: the pose under given pressures and loads."""
+"""`rodmodel predict`: pose under pressures and loads."""
 
 import argparse
 import json
@@ -41,31 +41,31 @@ def add_to(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> N
         "--distributed-force-n-per-m",
         nargs="+",
         metavar="F",
-        help="FX FY FZ: along the body, world frame [N/m]",
+        help="FX FY FZ: force per length along the body, world frame [N/m]",
     )
     add(
         "--follower-force-n",
         nargs="+",
         metavar="F",
-        help="FX FY FZ: on the cap's outer face, turning with the cap, in whose frame it is [N]",
+        help="FX FY FZ: on the cap's outer face, turning with the cap, frame of the cap [N]",
     )
     add(
         "--follower-moment-nmm",
         nargs="+",
         metavar="M",
-        help="MX MY MZ: on the cap, turning with it, in whose frame it is [N mm]",
+        help="MX MY MZ: on the cap, turning with it, frame of the cap [N mm]",
     )
     add(
         "--base-position-mm",
         nargs="+",
         metavar="X",
-        help="X Y Z: of the clamp, world frame [mm] (default: 0 0 0)",
+        help="X Y Z: position of the clamp, world frame [mm] (default: 0 0 0)",
     )
     add(
         "--base-rotation-deg",
         nargs="+",
         metavar="R",
-        help="RX RY RZ: of the clamp, world frame: a turn about the axis of this vector by its length [deg]",
+        help="RX RY RZ: rotation vector of the clamp, world frame: axis times angle [deg]",
     )
     add_output(parser, plot="the bent rod")
     parser.set_defaults(command=_run)
@@ -81,7 +81,7 @@ def _run(options: argparse.Namespace) -> int:
     solution = rod.solve(pressure, **given, throw=False)
 
     def draw(file: Path) -> None:
-        # Imported late: matplotlib takes far longer to import than a prediction takes.
+        # Imported late: importing matplotlib takes far longer than a prediction.
         from rodmodel.view import plot_rod
 
         plot_rod([(pressure, solution)], rod.actuator, file, given)
@@ -96,7 +96,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _more_of(options: argparse.Namespace) -> dict[str, Any]:
-    """Loads and base in SI that only a prediction takes."""
+    """Return the loads and the base in SI that only a prediction takes."""
     cap, world = "the frame of the cap", "the world frame"
     moment = components("--follower-moment-nmm", options.follower_moment_nmm, "N mm", cap)
     position = components("--base-position-mm", options.base_position_mm, "mm", world)
@@ -113,7 +113,7 @@ def _more_of(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _rotation(turn: np.ndarray) -> np.ndarray:
-    """Rotation matrix of a rotation vector [rad], exp of its cross product (Rodrigues)."""
+    """Return the rotation matrix of a rotation vector [rad] (Rodrigues)."""
     angle = float(np.linalg.norm(turn))
     if angle == 0.0:
         return np.eye(3)
@@ -123,7 +123,7 @@ def _rotation(turn: np.ndarray) -> np.ndarray:
 
 
 def stopped(record: dict[str, Any]) -> str:
-    """Where a solve ended short of its loads, why, and what to do."""
+    """Say at which part of its loads a solve ended, why, and what to do."""
     from rodmodel.core import Result
 
     fraction = record["load_fraction"]
@@ -132,12 +132,12 @@ def stopped(record: dict[str, Any]) -> str:
     return f"the above is the equilibrium {reached}{beyond}: {Result[record['result']].message}"
 
 
-def _check_domain(rod: "rodmodel.core.CoreRod", pressure: np.ndarray, came: list[str]) -> None:
+def _check_domain(rod: "rodmodel.core.CoreRod", pressure: np.ndarray, words: list[str]) -> None:
     domain = rod.domain
     if not domain.covers_pressure(pressure):
         first, second, third = (1e-3 * maximum for maximum in domain.pressure_max)
         raise InputError(
-            f"--pressure-kpa: got {' '.join(came)!r}, expected what the calibration covers: "
+            f"--pressure-kpa: got {' '.join(words)!r}, expected pressures inside the calibration: "
             f"at most {first:g}, {second:g}, {third:g} kPa in chambers 1, 2, 3 "
             f"and {1e-3 * domain.pressure_sum_max:g} kPa in sum"
         )

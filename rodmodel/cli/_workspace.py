@@ -1,4 +1,4 @@
-"""`rodmodel workspace`: what the rod can reach."""
+"""`rodmodel workspace`: reachable tip positions and bends."""
 
 import argparse
 import json
@@ -28,11 +28,11 @@ _SAMPLES = "a whole number from 100 to 1000000"
 def add_to(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     """Add the command."""
     parser = commands.add_parser(
-        "workspace", help="sample the pressures of the calibration: where the tip gets to, how far it bends"
+        "workspace", help="sample the calibrated pressures: reachable tip positions and bends"
     )
     add_layout(parser)
     parser.add_argument(
-        "--samples", default="4000", metavar="N", help=f"about how many: {_SAMPLES} (default: 4000)"
+        "--samples", default="4000", metavar="N", help=f"approximate number: {_SAMPLES} (default: 4000)"
     )
     add_loads(parser)
     add_output(parser, plot="tip positions and the map of angle and plane")
@@ -40,7 +40,7 @@ def add_to(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> N
 
 
 def _run(options: argparse.Namespace) -> int:
-    # Python reads 1_000 and the digits of other scripts as whole numbers too.
+    # Python's int also accepts 1_000 and the digits of other scripts.
     samples = int(options.samples) if re.fullmatch(r"[0-9]{1,7}", options.samples) else 0
     if not 100 <= samples <= 1_000_000:
         raise InputError(f"--samples: got {options.samples!r}, expected {_SAMPLES}")
@@ -60,7 +60,7 @@ def _run(options: argparse.Namespace) -> int:
         )
 
     def draw(file: Path) -> None:
-        # Imported late: matplotlib takes as long to import as the samples take.
+        # Imported late: importing matplotlib takes as long as the samples.
         from rodmodel.view import plot_workspace
 
         plot_workspace(space, rod.actuator, file)
@@ -69,8 +69,8 @@ def _run(options: argparse.Namespace) -> int:
     print(json.dumps(record) if options.json else workspace_text(record))
     if failed:
         print(
-            f"rodmodel: no convergence at {failed} of {len(space.converged)} pressures, which the above "
-            "leaves out",
+            f"rodmodel: no convergence at {failed} of {len(space.converged)} pressures, which are left out "
+            "above",
             file=sys.stderr,
         )
         return NO_CONVERGENCE
@@ -79,7 +79,7 @@ def _run(options: argparse.Namespace) -> int:
 
 @contextmanager
 def _progress() -> Iterator[Callable[[int, int], None]]:
-    """Bar on standard error where that is a terminal: rate and time left."""
+    """Show a progress bar if standard error is a terminal."""
     if not sys.stderr.isatty():
         yield lambda done, total: None
         return

@@ -1,4 +1,4 @@
-"""What a control loop calls: predictor, inverse and workspace over the compiled rod. Imports no JAX."""
+"""Predictor, inverse and workspace of the compiled rod, for control loops. Imports no JAX."""
 
 from rodmodel.control._inverse import Inverse as Inverse
 from rodmodel.control._inverse import inverse as inverse

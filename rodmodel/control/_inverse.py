@@ -1,4 +1,4 @@
-"""Pressures for a wanted bend or tip position: nearest to it, with no more co-contraction than it takes."""
+"""Inverse: pressures for a target bend or tip position, with the least co-contraction that reaches it."""
 
 import math
 from collections.abc import Mapping
@@ -21,27 +21,28 @@ from rodmodel.core import (
     rows_of,
 )
 
+# Integration steps along the rod.
 _STEPS = 8
 
 
 @final
 @dataclass(frozen=True)
 class Inverse:
-    """Pressures for a target, and what they do.
+    """Pressures for a target, and the rod at these pressures.
 
-    Where an input was bad, every number is NaN and every flag false.
+    For a bad input every number is NaN and every flag false.
 
     Attributes
     ----------
-    pressure : of chambers 1, 2 and 3, within the calibrated domain [Pa], (3,). Where the target is out of
-        reach, those that come nearest to it.
+    pressure : pressures of chambers 1, 2 and 3, within the calibrated domain [Pa], (3,). For a target out of
+        reach, the nearest ones.
     reached : whether the target is met, to 0.1 mm or 1e-3 rad.
-    distance : that is left to the target: of the tip [m], or of the bend (θ cos γ, θ sin γ) [rad].
-    converged : whether the search ended where no change of pressure comes nearer, with the rod solved there.
+    distance : remaining distance to the target, of the tip [m] or of the bend (θ cos γ, θ sin γ) [rad].
+    converged : whether the search ended at a local minimum of the distance, where the rod has an equilibrium.
     nearest : whether no pressures of the domain come nearer by more than the tolerance: the target is
         reached, or searches from every local minimum of a grid over the domain found nothing better.
-    steps : solves that the search took.
-    solution : of the rod at these pressures.
+    steps : number of solves that the search took.
+    solution : solution of the rod at these pressures.
     """
 
     pressure: np.ndarray
@@ -63,24 +64,24 @@ def inverse(
     gravity: Numbers | None = None,
     throw: bool = True,
 ) -> Inverse:
-    """Pressures for a wanted bend, or for a wanted position of the tip.
+    """Return pressures for a target bend, or for a target position of the tip.
 
-    Pressures stay within the calibrated domain. One chamber stays without pressure wherever the target can be
-    met so. A target out of reach is answered with the pressures that come nearest to it.
+    Pressures stay within the calibrated domain. One chamber has no pressure wherever the target can be met
+    so. For a target out of reach the result holds the nearest pressures.
 
     Parameters
     ----------
-    rod : compiled.
-    bending_angle, bending_plane : θ, zero or positive, and γ [rad]; both, or else the next.
-    tip_position : of the centre of the cap's outer face, world frame [m].
+    rod : compiled rod.
+    bending_angle, bending_plane : target θ, zero or positive, and γ [rad]; both, or else `tip_position`.
+    tip_position : target of the centre of the cap's outer face, world frame [m].
     tip_force, tip_moment, gravity : dead loads, as in `CoreRod.solve`.
-    throw : raise where an input is bad, or the rod has no equilibrium under its loads. If false, these are
-        flagged in the result. A target out of reach is no error.
+    throw : raise an error for a bad input, or if the rod has no equilibrium under its loads. If false, both
+        are flagged in the result. A target out of reach is no error.
 
     Raises
     ------
     ValueError
-        Where an argument has not the shape it must have, or the target is not one of the two.
+        For an argument of a wrong shape, or a target that is neither a bend nor a position.
     RuntimeError
         See `throw`.
     """
@@ -88,12 +89,11 @@ def inverse(
     if points.shape[0] != 1 or points.ndim != 2:
         raise ValueError("target: got rows, expected one; inverse_many takes rows")
     loads = {"tip_force": tip_force, "tip_moment": tip_moment, "gravity": gravity}
-    found, given = _search(rod, points, is_bend, loads, 1)
-    answer = _answer(rod, found[0], given, loads)
+    answer = _answer(rod, _search(rod, points, is_bend, loads, 1)[0], loads)
     if throw and not answer.solution.converged:
         raise RuntimeError(
-            "inverse: got a target that is not finite, of a negative angle or farther than any rod of this "
-            "size reaches, or a load that is not finite, expected others; throw=False flags this instead"
+            "inverse: got a target that is not finite, a negative angle or beyond 1000 rod lengths or "
+            "radians, or a load that is not finite; expected others; throw=False flags this instead"
             if answer.solution.result is Result.bad_input
             else f"inverse: {answer.solution.result.message}; throw=False flags this instead"
         )
@@ -108,13 +108,13 @@ def inverse_many(
     threads: int = 1,
     **loads: Numbers | None,
 ) -> np.ndarray:
-    """Pressures for many targets.
+    """Return pressures for many targets.
 
     Parameters
     ----------
-    rod : compiled.
-    bending_angle, bending_plane, tip_position : as for `inverse`, (rows,) or (rows, 3).
-    threads : over which the rows are spread.
+    rod : compiled rod.
+    bending_angle, bending_plane, tip_position : targets as for `inverse`, (rows,) or (rows, 3).
+    threads : number of threads that share the rows.
     loads : `tip_force`, `tip_moment`, `gravity`, (3,) or (rows, 3).
 
     Returns
@@ -122,7 +122,7 @@ def inverse_many(
     found : records, (rows,), with the fields of `rm_inverse_result`.
     """
     points, is_bend = _points(bending_angle, bending_plane, tip_position)
-    return _search(rod, points, is_bend, loads, threads)[0]
+    return _search(rod, points, is_bend, loads, threads)
 
 
 def inverse_of_rod(
@@ -135,18 +135,18 @@ def inverse_of_rod(
     gravity: Any,
     throw: bool,
 ) -> Inverse:
-    """Inverse of a rod, compiled or differentiable; see `inverse`."""
+    """Return the inverse of a rod, compiled or differentiable; see `inverse`."""
     return inverse(
         core_of(rod), bending_angle, bending_plane, tip_position, tip_force, tip_moment, gravity, throw
     )
 
 
 def _points(angle: Any, plane: Any, position: Any) -> tuple[np.ndarray, bool]:
-    """Targets, (rows, 3), and whether they are bends."""
+    """Return targets, (rows, 3), and whether they are bends."""
     given = {"bending_angle": angle, "bending_plane": plane, "tip_position": position}
     names = [name for name, value in given.items() if value is not None]
     if names == ["tip_position"]:
-        points = np.atleast_2d(_finite_or_not("tip_position", position, "three coordinates [m]"))
+        points = np.atleast_2d(_as_floats("tip_position", position, "three coordinates [m]"))
         if points.ndim != 2 or points.shape[1] != 3:
             raise ValueError(
                 f"tip_position: got shape {np.shape(position)}, expected (3,): three coordinates [m]"
@@ -157,7 +157,7 @@ def _points(angle: Any, plane: Any, position: Any) -> tuple[np.ndarray, bool]:
             f"bending_angle, bending_plane, tip_position: got {' and '.join(names) or 'none'}, "
             "expected bending_angle and bending_plane, or tip_position alone"
         )
-    theta, gamma = (_finite_or_not(name, given[name], "one angle [rad]") for name in names)
+    theta, gamma = (_as_floats(name, given[name], "one angle [rad]") for name in names)
     for name, value in zip(names, (theta, gamma), strict=True):
         if value.ndim > 1:
             raise ValueError(f"{name}: got shape {value.shape}, expected (): one angle [rad]")
@@ -167,7 +167,8 @@ def _points(angle: Any, plane: Any, position: Any) -> tuple[np.ndarray, bool]:
         return np.stack([theta * np.cos(gamma), theta * np.sin(gamma), 0.0 * theta], axis=1), True
 
 
-def _finite_or_not(name: str, value: Any, what: str) -> np.ndarray:
+def _as_floats(name: str, value: Any, what: str) -> np.ndarray:
+    """Return an array of floats, finite or not, or raise a ValueError that names the argument."""
     try:
         return np.asarray(value, np.float64)
     except (TypeError, ValueError) as error:
@@ -176,7 +177,8 @@ def _finite_or_not(name: str, value: Any, what: str) -> np.ndarray:
 
 def _search(
     rod: CoreRod, points: np.ndarray, is_bend: bool, loads: Mapping[str, Any], threads: int
-) -> tuple[np.ndarray, np.ndarray]:
+) -> np.ndarray:
+    """Search for the pressures of every target; return records of `rm_inverse_result`."""
     count = len(points)
     for name, value in loads.items():
         if value is not None:
@@ -201,19 +203,16 @@ def _search(
         )
 
     in_parts(part, count, threads)
-    return found, inputs
+    return found
 
 
-def _answer(rod: CoreRod, found: np.void, given: np.ndarray, loads: Mapping[str, Any]) -> Inverse:
+def _answer(rod: CoreRod, found: np.void, loads: Mapping[str, Any]) -> Inverse:
+    """Return the inverse of one record, with the rod solved once more for its nodes."""
     bad = int(found["solution"]["result"]) == Result.bad_input
-    pressure = np.zeros(3) if bad else found["pressure"]
-    if bad:
-        solution = rod.solve(np.full(3, math.nan), throw=False, steps=_STEPS)
-    else:
-        # Once more, for the nodes along the rod.
-        solution = rod.solve(pressure, throw=False, steps=_STEPS, **loads)
+    pressure = np.full(3, math.nan) if bad else np.array(found["pressure"])
+    solution = rod.solve(pressure, throw=False, steps=_STEPS, **({} if bad else loads))
     return Inverse(
-        pressure=np.full(3, math.nan) if bad else np.array(pressure),
+        pressure=pressure,
         reached=bool(found["reached"]),
         distance=float(found["distance"]),
         converged=bool(found["converged"]),

@@ -1,4 +1,4 @@
-"""The compiled rod of a differentiable one."""
+"""Conversion of a differentiable rod to a compiled one."""
 
 from dataclasses import replace
 from typing import Any
@@ -10,17 +10,17 @@ from rodmodel.core import CoreRod, Handle, LawData, law_data, linear_law_data
 
 
 def core_of(rod: Any) -> CoreRod:
-    """Compiled rod with the numbers of a rod, compiled or differentiable.
+    """Return the compiled rod with the numbers of a rod, compiled or differentiable.
 
     Parameters
     ----------
-    rod : a `CoreRod`, which comes back as it is, or a `rodmodel.Rod` whose numbers are known: not one that
-        JAX is tracing, nor a stack.
+    rod : a `CoreRod`, which is returned unchanged, or a `rodmodel.Rod` with concrete numbers: neither traced
+        by JAX nor a stack.
 
     Raises
     ------
     ValueError
-        Where the section law is of a kind that the core does not have.
+        For a section law of a kind that the core does not have.
     """
     if isinstance(rod, CoreRod):
         return rod
@@ -30,7 +30,7 @@ def core_of(rod: Any) -> CoreRod:
 
 
 def _law_of(section: Any) -> LawData:
-    # Whoever has such a law has imported JAX.
+    # Imported late, as it imports JAX; a rod with such a law has done so already.
     from rodmodel.section import LinearLaw, MirroredLaw, RidgeNetwork, TurnedLaw, arrays_of
 
     turns, mirrored, law = 0, False, section
@@ -44,10 +44,10 @@ def _law_of(section: Any) -> LawData:
         )
     if not isinstance(law, RidgeNetwork):
         raise ValueError(
-            f"rod: got a section law {type(section).__name__}, expected a RidgeNetwork, which may be "
-            "mirrored and then turned, or a LinearLaw"
+            f"rod: got a section law {type(section).__name__}, expected a LinearLaw, or a RidgeNetwork, "
+            "which may be mirrored and then turned"
         )
-    # Of an orientation of a law of all, each image has its own.
+    # A law taken from a law of all orientations has biases for each image.
     shared = replace(law, feature_biases=law.feature_biases[0]) if law.feature_biases.ndim == 2 else law
     return law_data(arrays_of(shared), turns, mirrored, biases=np.asarray(law.feature_biases))
 

@@ -1,4 +1,4 @@
-"""The rod for a control loop: NumPy in and out, warm starts, microseconds."""
+"""Predictor of a rod for control loops: NumPy arrays in and out, warm starts, microseconds a call."""
 
 import warnings
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ import numpy as np
 from rodmodel.control._of_rod import core_of
 from rodmodel.core import INPUT, JACOBIAN, SOLUTION, CoreRod, Numbers, ffi, lib
 
-# Looked up once, as a call takes microseconds.
+# Attribute look-ups would count beside a call of microseconds.
 from_buffer, NULL, asarray = ffi.from_buffer, ffi.NULL, np.asarray
 _DOUBLE, _THREE, _TRUTH = np.dtype(np.float64), (3,), (np.False_, np.True_)
 _JACOBIAN_SIZE = JACOBIAN.itemsize // 8
@@ -17,7 +17,7 @@ _LOADS = ("tip_force", "tip_moment", "gravity", "distributed_force")
 
 
 class Prediction(NamedTuple):
-    """Pose in the frame of the base, as NumPy arrays; with a leading axis where the inputs had one."""
+    """Pose in the frame of the base, as NumPy arrays; inputs with a leading axis give arrays with one."""
 
     tip_position: np.ndarray
     """Centre of the cap's outer face [m]."""
@@ -26,15 +26,15 @@ class Prediction(NamedTuple):
     bending_angle: Any
     """θ [rad]."""
     bending_plane: Any
-    """γ [rad]; 0 of a straight rod, which has none."""
+    """γ [rad]; 0 for a straight rod, where it is undefined."""
     converged: Any
     stable: Any
     in_domain: Any
-    """Whether the pressures, and the moments everywhere on the body, are those of the calibration."""
+    """Whether the pressures, and the moments everywhere on the body, are in the calibrated domain."""
 
 
 class TipJacobian(NamedTuple):
-    """Derivatives of the tip in the frame of the base; (3, 3) arrays, (2, 3) of the bend."""
+    """Derivatives of the tip in the frame of the base: (3, 3) arrays, (2, 3) for the bend."""
 
     position_by_pressure: np.ndarray
     """[m/Pa]"""
@@ -45,25 +45,26 @@ class TipJacobian(NamedTuple):
     turn_by_force: np.ndarray
     """[rad/N]"""
     bend_by_pressure: np.ndarray
-    """Of (θ cos γ, θ sin γ), which is smooth where the rod is straight [rad/Pa]."""
+    """Derivative of (θ cos γ, θ sin γ), which is smooth where the rod is straight [rad/Pa]."""
     bend_by_force: np.ndarray
     """[rad/N]"""
 
 
 class Predictor:
-    """Solve of one rod for a control loop: what does not change from call to call is prepared once.
+    """Solver of one rod for a control loop, with everything prepared that stays the same between calls.
 
-    Made by `rodmodel.Rod.predictor`, or of a rod from `rodmodel.load_core`. Calls may come from several
-    threads; a single call starts from the solution of the last one to end, whichever thread that was.
+    `rodmodel.Rod.predictor` makes one, or `Predictor(rodmodel.load_core(...))`. Calls may come from several
+    threads; a single call starts from the solution of the last call that ended, on whichever thread.
 
     Parameters
     ----------
-    rod : to be solved, compiled or differentiable.
-    loads : which loads the calls give, of `tip_force`, `tip_moment`, `gravity`, `distributed_force`.
-    solver : `rodmodel.FixedStep`, whose steps and tolerance are taken in place of the next two.
-    steps : along the rod; the tip's error falls with their fourth power.
-    tolerance : of Newton's method on u L at the base [rad].
-    threads : over which batches are spread.
+    rod : rod to solve, compiled or differentiable.
+    loads : names of the loads that every call gives, among `tip_force`, `tip_moment`, `gravity`,
+        `distributed_force`.
+    solver : `rodmodel.FixedStep` with steps and tolerance, which replace the next two.
+    steps : number of steps along the rod; the tip's error falls with their fourth power.
+    tolerance : tolerance of Newton's method on u L at the base [rad].
+    threads : number of threads that share a batch.
     """
 
     def __init__(
@@ -84,7 +85,7 @@ class Predictor:
             raise TypeError(f"Predictor: got {', '.join(old)}, expected solver, steps, tolerance or threads")
         if old:
             warnings.warn(
-                f"{', '.join(old)}: nothing is compiled any more, and threads says how batches are spread",
+                f"{', '.join(old)}: nothing is compiled any more; threads sets how many share a batch",
                 DeprecationWarning,
                 stacklevel=2,
             )
@@ -102,57 +103,64 @@ class Predictor:
         self._call, self._call_with_jacobian = handle.call.rm_solve, handle.call.rm_solve_with_jacobian
         self._handle = handle.rod
         self._names = set(self.loads)
-        self._rooms = [_Room(self._core, self.loads, self._steps)]
+        self._free_buffers = [_Buffers(self._core, self.loads, self._steps)]
 
     def reset(self) -> None:
         """Forget the last solution: the next single call starts cold."""
-        for room in self._rooms:
-            room.start = NULL
+        for buffers in self._free_buffers:
+            buffers.start = NULL
 
     def __call__(self, pressure: Numbers, **loads: Numbers) -> Prediction:
-        """Predict.
+        """Predict the pose.
 
-        A single call starts from the last one's solution; where that leads to none that is stable, and in
-        batches, the start is cold.
+        A single call starts from the solution of the last one, and cold if that leads to no stable
+        equilibrium. Batches start cold.
 
         Parameters
         ----------
         pressure : gauge pressures [Pa], (3,) or (rows, 3).
-        loads : those named at construction, (3,) or (rows, 3), in the frame of the base: force [N], moment
+        loads : loads named at construction, (3,) or (rows, 3), in the frame of the base: force [N], moment
             [N m], acceleration [m/s²], force per length [N/m].
 
         Returns
         -------
-        prediction : rows that cannot be solved are not converged; NaN goes in, NaN comes out.
+        prediction : pose and flags. Rows without a solution have `converged` false; a NaN among the inputs
+            gives NaN.
         """
-        rooms = self._rooms
-        room = rooms.pop() if rooms else _Room(self._core, self.loads, self._steps)
+        free = self._free_buffers
+        buffers = free.pop() if free else _Buffers(self._core, self.loads, self._steps)
         try:
-            if not self._fill(room, pressure, loads):
+            if not self._fill(buffers, pressure, loads):
                 return self._batch(pressure, loads)
             self._call(
-                self._handle, room.input, self._options, room.start, room.workspace, NULL, room.solution
+                self._handle,
+                buffers.input,
+                self._options,
+                buffers.start,
+                buffers.workspace,
+                NULL,
+                buffers.solution,
             )
-            return room.prediction()
+            return buffers.prediction()
         finally:
-            rooms.append(room)
+            free.append(buffers)
 
     def jacobian(self, pressure: Numbers, **loads: Numbers) -> tuple[Prediction, TipJacobian]:
         """Predict, and differentiate the tip by pressures and tip force; single calls only."""
-        rooms = self._rooms
-        room = rooms.pop() if rooms else _Room(self._core, self.loads, self._steps)
+        free = self._free_buffers
+        buffers = free.pop() if free else _Buffers(self._core, self.loads, self._steps)
         try:
-            if not self._fill(room, pressure, loads):
+            if not self._fill(buffers, pressure, loads):
                 raise ValueError("pressure, loads: got rows, expected (3,) each")
             found = np.empty(_JACOBIAN_SIZE)
             self._call_with_jacobian(
                 self._handle,
-                room.input,
+                buffers.input,
                 self._options,
-                room.start,
-                room.workspace,
+                buffers.start,
+                buffers.workspace,
                 NULL,
-                room.solution,
+                buffers.solution,
                 from_buffer("rm_jacobian *", found),
                 0,
                 NULL,
@@ -161,25 +169,25 @@ class Predictor:
             )
             position, turn = found[:36].reshape(3, 12), found[36:72].reshape(3, 12)
             bend = found[72:96].reshape(2, 12)
-            return room.prediction(), TipJacobian(
+            return buffers.prediction(), TipJacobian(
                 position[:, :3], turn[:, :3], position[:, 3:6], turn[:, 3:6], bend[:, :3], bend[:, 3:6]
             )
         finally:
-            rooms.append(room)
+            free.append(buffers)
 
-    def _fill(self, room: "_Room", pressure: Numbers, loads: dict[str, Numbers]) -> bool:
-        """Put the input of a single call into its place; false where an argument has rows."""
+    def _fill(self, buffers: "_Buffers", pressure: Numbers, loads: dict[str, Numbers]) -> bool:
+        """Copy the input of a single call into the buffers; return false if an argument has rows."""
         if loads.keys() != self._names:
             raise ValueError(f"loads: got {sorted(loads)}, expected {sorted(self.loads)}")
         given = asarray(pressure, _DOUBLE)
         if given.shape != _THREE:
-            return _is_of_rows("pressure", given)
-        room.pressure[...] = given
-        for name, place in room.places:
+            return _refuse_other_than_rows("pressure", given)
+        buffers.pressure[...] = given
+        for name, field in buffers.load_fields:
             given = asarray(loads[name], _DOUBLE)
             if given.shape != _THREE:
-                return _is_of_rows(name, given)
-            place[...] = given
+                return _refuse_other_than_rows(name, given)
+            field[...] = given
         return True
 
     def _batch(self, pressure: Numbers, loads: dict[str, Any]) -> Prediction:
@@ -197,26 +205,26 @@ class Predictor:
         )
 
 
-class _Room:
-    """Input, solution and workspace of one call at a time, and the start that the last one left."""
+class _Buffers:
+    """Input, solution and workspace of one call at a time, and the warm start that the last one left."""
 
     def __init__(self, core: CoreRod, loads: Sequence[str], steps: int) -> None:
         row, found = np.zeros(1, INPUT), np.zeros(1, SOLUTION)
         row["given"] = lib.RM_LOADS if loads else 0
         self.pressure = row["pressure"][0]
-        self.places = [(name, row[name][0]) for name in loads]
+        self.load_fields = [(name, row[name][0]) for name in loads]
         self.input, self.solution = from_buffer("rm_input *", row), from_buffer("rm_solution *", found)
         self.workspace = core.handle.workspace(steps, with_jacobian=True)
         self.start: Any = NULL
         self._position, self._rotation = found["tip_position"][0], found["tip_rotation"][0]
         self._numbers = found.view(np.float64)
-        self._angle, self._plane = (_first_of(SOLUTION, name) for name in ("bending_angle", "bending_plane"))
+        self._angle, self._plane = (_index_of(SOLUTION, name) for name in ("bending_angle", "bending_plane"))
 
     def prediction(self) -> Prediction:
-        """Prediction of what the core has found."""
+        """Return the prediction of the core's last solution."""
         solution = self.solution
         good = solution.result == 0
-        # The core reads a start before it writes the solution in whose place it is.
+        # The start points into the solution: the core reads it before it writes there.
         self.start = solution.unknown if good else NULL
         return Prediction(
             self._position.copy(),
@@ -229,14 +237,14 @@ class _Room:
         )
 
 
-def _is_of_rows(name: str, given: np.ndarray) -> bool:
-    """False, of an argument that has rows; an error for another shape."""
+def _refuse_other_than_rows(name: str, given: np.ndarray) -> bool:
+    """Return false for an argument that has rows; raise a ValueError for another shape."""
     if given.ndim != 2 or given.shape[1] != 3:
         raise ValueError(f"{name}: got shape {given.shape}, expected (3,) or (rows, 3)")
     return False
 
 
-def _first_of(record: np.dtype, name: str) -> int:
-    """Place of a field in a record, in numbers."""
+def _index_of(record: np.dtype, name: str) -> int:
+    """Return the index of a field in a record seen as an array of doubles."""
     assert record.fields is not None
     return int(record.fields[name][1]) // 8

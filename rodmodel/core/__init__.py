@@ -1,4 +1,4 @@
-"""The rod in C99: microseconds an answer, NumPy in and out. Imports no JAX."""
+"""The rod compiled from C99: NumPy arrays in and out, microseconds a solve. Imports no JAX."""
 
 from rodmodel.core._handle import Handle as Handle
 from rodmodel.core._inputs import numbers_of as numbers_of

@@ -1,8 +1,8 @@
 """Write the C source of the extension module `rodmodel.core._native`; CMake calls it at build time.
 
-The module offers every public function of the core once for each variant, `rm_solve_avx2` beside
-`rm_solve_baseline`, so that the choice among them costs nothing in a call. The headers say what it offers,
-between the lines where cffi's part begins and ends.
+The module has every public function of the core once for each variant, `rm_solve_avx2` beside
+`rm_solve_baseline`, so that the choice of a variant costs nothing in a call. Its declarations are the parts
+of the headers between the lines `cffi: begin` and `cffi: end`.
 """
 
 import argparse
@@ -17,7 +17,7 @@ _MODULE = "rodmodel.core._native"
 
 
 def declarations(header: Path) -> str:
-    """Return what `header` declares for cffi, without comments."""
+    """Return the declarations of `header` for cffi, without comments."""
     _, begin, rest = header.read_text(encoding="utf-8").partition("/* cffi: begin */")
     part, end, _ = rest.partition("/* cffi: end */")
     if not (begin and end):
@@ -26,7 +26,7 @@ def declarations(header: Path) -> str:
 
 
 def for_variants(declared: str, variants: Sequence[str]) -> tuple[str, str]:
-    """Split `declared` into types, and functions under the names that they have in each of `variants`."""
+    """Split declarations into types, and functions under their names in each of `variants`."""
     function = re.compile(r"^[a-z][\w \*]*?\b(rm_\w+)\([^()]*\);$", re.MULTILINE)
     names = function.findall(declared)
     prototypes = [found[0] for found in function.finditer(declared)]

@@ -1,4 +1,4 @@
-"""A rod's numbers in the core's structures, and the arrays that these point to."""
+"""A rod in the core's structures, with the arrays that these point to."""
 
 from types import SimpleNamespace
 from typing import Any
@@ -10,7 +10,7 @@ from rodmodel.core._law_data import LawData
 from rodmodel.core._native import ffi, lib
 from rodmodel.core._variants import VARIANTS, functions
 
-#: Numbers of `rm_actuator`.
+#: Fields of `rm_actuator`.
 ENDS = (
     "body_length",
     "cap_length",
@@ -27,22 +27,22 @@ ENDS = (
 )
 #: Arrays of `rm_law` that lie in the structure itself.
 IN_PLACE = ("slope", "quadratic", "slope_by_pressure", "pressure_quadratic")
-# Vectors of the processor are loaded in one piece from multiples of this [bytes].
+# Alignment of arrays for aligned vector loads [bytes].
 _ALIGNMENT = 64
 
 
 class Handle:
-    """A rod in the core: `rod` for its functions, which are `call`.
+    """A rod in the core: `rod` is its structure, `call` holds the core's functions.
 
     Parameters
     ----------
-    law, actuator, domain, angle_error : of the rod; the law at one orientation.
-    variant : instruction set, one of `VARIANTS`; the fastest that the machine has if not given.
+    law, actuator, domain, angle_error : data of the rod, with the law at one orientation.
+    variant : instruction set, one of `VARIANTS`; by default the fastest that the machine has.
 
     Raises
     ------
     ValueError
-        Where the core cannot use the numbers.
+        For numbers that the core cannot use.
     """
 
     def __init__(
@@ -80,12 +80,12 @@ class Handle:
             )
 
     def workspace(self, steps: int, with_jacobian: bool = False) -> Any:
-        """Room for a solve of so many steps; each thread needs its own."""
+        """Return a workspace for solves of so many steps; each thread needs its own."""
         size = self.call.rm_workspace_size(self.rod, steps, with_jacobian)
         return ffi.from_buffer("rm_real *", np.empty(size))
 
     def _kept(self, array: np.ndarray) -> Any:
-        """Pointer to a copy of an array that lives as long as this, placed as vectors want it."""
+        """Return a pointer to an aligned copy of an array that lives as long as this object."""
         raw = np.zeros(array.size + _ALIGNMENT // 8)
         first = -raw.ctypes.data % _ALIGNMENT // 8
         placed = raw[first : first + array.size]

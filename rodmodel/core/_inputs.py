@@ -1,4 +1,4 @@
-"""Arguments of a solve as rows of the core's inputs, or an error that names the one that does not fit."""
+"""Conversion of a solve's arguments to `rm_input` records, with errors that name the bad argument."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -23,12 +23,12 @@ _UNITS = {
 
 
 def row_of(given: Mapping[str, Any]) -> np.ndarray:
-    """One row of the core's inputs, of arguments by name; a load that is None is absent.
+    """Return one `rm_input` record of arguments by name; a load that is None is absent.
 
     Raises
     ------
     ValueError
-        Where an argument is not known, or has not the shape it must have.
+        For an unknown argument, or one of a wrong shape.
     """
     row = np.zeros(1, INPUT)
     for name, value in _present(given).items():
@@ -37,7 +37,7 @@ def row_of(given: Mapping[str, Any]) -> np.ndarray:
 
 
 def rows_of(given: Mapping[str, Any]) -> np.ndarray:
-    """Rows of the core's inputs, of arguments for all of them or with rows; see `row_of`."""
+    """Return `rm_input` records of arguments with rows, or one for all rows; see `row_of`."""
     arrays = {name: numbers_of(name, value) for name, value in _present(given).items()}
     with_rows = [array for name, array in arrays.items() if array.ndim == 1 + len(_shape_of(name))]
     count = max(map(len, with_rows), default=1)
@@ -49,7 +49,7 @@ def rows_of(given: Mapping[str, Any]) -> np.ndarray:
 
 
 def numbers_of(name: str, value: Any, shapes: Sequence[tuple[int, ...]] = ()) -> np.ndarray:
-    """Argument as an array of doubles, of one of some shapes if they are given, or an error that names it."""
+    """Return an argument as an array of doubles; refuse other shapes than `shapes`, if any are given."""
     if name not in _UNITS:
         raise ValueError(f"{name}: got an argument of that name, expected any of {', '.join(_UNITS)}")
     try:
@@ -74,7 +74,7 @@ def _shape_of(name: str) -> tuple[int, ...]:
 
 
 def _finished(rows: np.ndarray, given: Mapping[str, Any]) -> np.ndarray:
-    """Tell the core which arguments are given."""
+    """Set the flags of the arguments that are given."""
     present = _present(given)
     flags = 0
     if any(name in present for name in LOADS):

@@ -1,4 +1,4 @@
-"""A section law as the core takes it: constant arrays, the images of its symmetry worked out."""
+"""A section law as the core takes it: constant arrays, with the images of its symmetry written out."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -10,20 +10,20 @@ from rodmodel.io import SIGNS, TURNS, biases_at, placed_images, symmetric
 if TYPE_CHECKING:
     from rodmodel.io import RidgeArrays
 
-#: Ridges of one image are a multiple of this, filled with ridges of no weight.
+#: The ridges of one image are padded with ridges of zero weight to a multiple of this.
 LANES = 8
 
 
 @dataclass(frozen=True)
 class LawData:
-    """Arrays and numbers of `rm_law` and `rm_oriented`; their header says what each is."""
+    """Arrays and numbers of `rm_law` and `rm_oriented`, which rodmodel_core.h describes."""
 
     numbers: dict[str, float]
     sizes: dict[str, int]
     arrays: dict[str, np.ndarray]
     orders: np.ndarray
     orientation: dict[str, np.ndarray]
-    """Empty but for a law of all orientations."""
+    """Arrays of a law of all orientations; empty for any other law."""
 
 
 def law_data(
@@ -33,16 +33,15 @@ def law_data(
     psi: float | None = None,
     biases: np.ndarray | None = None,
 ) -> LawData:
-    """Work a calibration's law out for the core.
+    """Prepare a calibration's law for the core.
 
     Parameters
     ----------
-    law : of a calibration.
-    turns : by how many times 120° the rod's winding lies further round than the law's.
-    mirrored : whether the winding is the mirror image y → −y of the law's; the turn comes after it.
-    psi : orientation [rad] of a law of all; None leaves ψ to `rm_orient`, of such a law.
-    biases : w of each image, (images, features), in place of the law's: of an orientation that is known
-        already.
+    law : section law of a calibration.
+    turns : turn of the rod's winding from the law's, in units of 120°.
+    mirrored : whether the winding is the mirror image y → −y of the law's, before the turn.
+    psi : orientation for a law of all orientations [rad]; None leaves it to `rm_orient`.
+    biases : biases w of each image, (images, features), which replace the law's.
     """
     placed = placed_images(law.symmetry, turns, mirrored)
     share = 1.0 / len(placed)
@@ -50,7 +49,7 @@ def law_data(
     if law.orientation_weights is not None and psi is not None:
         given = biases_at(given, law.orientation_weights, psi)
     biases = np.broadcast_to(given, (len(placed), law.feature_biases.size))
-    # Only a law without symmetry has pressures at which it rests: its own order is that of its one image.
+    # Only a law without symmetry has rest pressures, so its single image needs no reordering.
     straight = np.zeros(3) if law.rest_pressures is None else law.rest_pressures
     rest = np.tanh(biases + law.feature_weights @ straight)
 
@@ -70,7 +69,7 @@ def law_data(
     feature_weights, mixing, slopes = law.feature_weights, law.mixing, law.slopes
     guess = np.stack([axes.T @ law.guess for axes, _ in placed])
     if straight.any():
-        # The guess is by q − q₀ and the core has q: one more hidden function, that changes by one, takes −q₀.
+        # The guess is linear in q − q₀, but the core has q: one more feature, which changes by 1, carries −q₀.
         feature_weights = np.pad(feature_weights, [(0, 1), (0, 0)])
         biases, mixing, slopes = (
             np.pad(a, [*[(0, 0)] * (a.ndim - 1), (0, 1)]) for a in (biases, mixing, slopes)
@@ -78,10 +77,10 @@ def law_data(
         rest = np.pad(rest, [(0, 0), (0, 1)], constant_values=-1.0)
         guess = np.concatenate([guess, -guess[:, :, :3] @ straight[:, None]], axis=2)
 
-    empty = -law.offsets.size % LANES
-    wide = [(0, 0), (0, empty)]
-    directions = np.concatenate([np.pad((law.directions @ axes).T, wide) for axes, _ in placed], axis=1)
-    weights = np.pad(share * law.weights, (0, empty))
+    padding = -law.offsets.size % LANES
+    columns = [(0, 0), (0, padding)]
+    directions = np.concatenate([np.pad((law.directions @ axes).T, columns) for axes, _ in placed], axis=1)
+    weights = np.pad(share * law.weights, (0, padding))
     return LawData(
         numbers={
             "pressure_scale": law.pressure_scale,
@@ -92,7 +91,7 @@ def law_data(
         },
         sizes={
             "images": len(placed),
-            "ridges": law.offsets.size + empty,
+            "ridges": law.offsets.size + padding,
             "features": len(feature_weights),
         },
         arrays={
@@ -103,8 +102,8 @@ def law_data(
             "feature_weights": feature_weights,
             "feature_biases": biases,
             "rest_features": rest,
-            "mixing": np.pad(mixing.T, wide),
-            "offsets": np.pad(law.offsets, (0, empty)),
+            "mixing": np.pad(mixing.T, columns),
+            "offsets": np.pad(law.offsets, (0, padding)),
             "weights": np.tile(weights, len(placed)),
             "directions": directions,
             "slopes": share * slopes,
@@ -119,14 +118,14 @@ def law_data(
             "image_signs": SIGNS,
             "image_turns": TURNS,
             "image_axes": np.stack([axes for axes, _ in placed]),
-            "bare_directions": np.pad(law.directions.T, wide),
+            "bare_directions": np.pad(law.directions.T, columns),
             "bare_weights": weights,
         },
     )
 
 
 def linear_law_data(stiffness: np.ndarray, curvature_by_pressure: np.ndarray, rest_volume: float) -> LawData:
-    """Work the linear law Π = ½ (u − C p)ᵀ K (u − C p) − V₀ Σ p out for the core: no ridges at all.
+    """Prepare the linear law Π = ½ (u − C p)ᵀ K (u − C p) − V₀ Σ p for the core; it has no ridges.
 
     Parameters
     ----------
@@ -135,7 +134,7 @@ def linear_law_data(stiffness: np.ndarray, curvature_by_pressure: np.ndarray, re
     rest_volume : V₀ [m²].
     """
     by_pressure = stiffness @ curvature_by_pressure
-    nothing = np.zeros(0)
+    empty = np.zeros(0)
     return LawData(
         numbers={
             "pressure_scale": 1.0,
@@ -152,9 +151,9 @@ def linear_law_data(stiffness: np.ndarray, curvature_by_pressure: np.ndarray, re
             "pressure_quadratic": (curvature_by_pressure.T @ by_pressure).ravel(),
             **dict.fromkeys(
                 ("feature_weights", "feature_biases", "rest_features", "mixing", "offsets", "weights"),
-                nothing,
+                empty,
             ),
-            "directions": nothing,
+            "directions": empty,
             "slopes": np.zeros(3),
             "guess": curvature_by_pressure[None],
         },

@@ -1,4 +1,4 @@
-"""The compiled rod: solves, derivatives and batches, NumPy in and out."""
+"""The compiled rod: solves, derivatives and batches, NumPy arrays in and out."""
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -22,28 +22,32 @@ if TYPE_CHECKING:
     from rodmodel.control import Inverse, Predictor
     from rodmodel.io import Found
 
-#: Numbers as they come: an array, a list, or one number.
+#: Input of numbers: an array, a list, or a single number.
 Numbers = ArrayLike | Sequence[float] | float
 
-# Steps of the reference, on to which a rod that turns too sharply is taken, and how far.
-_STEPS, _MOST_STEPS = 32, 512
+# Default number of steps along the rod.
+_STEPS = 32
+# Largest number to which the steps are doubled for a rod that bends too sharply.
+_MOST_STEPS = 512
 
 
 @final
 @dataclass(frozen=True)
 class CoreJacobian:
-    """Derivatives of the pose by inputs, each of three columns, last axis: by name in a mapping.
+    """Derivatives of the pose by each input, whose three components are the last axis.
 
-    Keys are ``pressure`` [1/Pa], ``tip_force`` [1/N], ``tip_moment`` [1/(N m)] and ``gravity`` [s²/m].
+    Each attribute but the last is a mapping with the keys ``pressure`` [1/Pa], ``tip_force`` [1/N],
+    ``tip_moment`` [1/(N m)] and ``gravity`` [s²/m].
 
     Attributes
     ----------
-    tip_position : of the centre of the cap's outer face, (3, 3) [m].
-    tip_turn : small turn of the cap in the world frame, δR = (turn × R), (3, 3) [rad].
-    bend : of (θ cos γ, θ sin γ), (2, 3) [rad].
-    bending_angle, bending_plane : of θ and γ, (3,) [rad]; NaN where θ is below 1e-6 rad, as a straight rod
-        has no plane and its angle no derivative.
-    positions, turns : of the sections at `arc_lengths` [m], (n, 3, 3).
+    tip_position : derivatives of the centre of the cap's outer face, (3, 3) [m].
+    tip_turn : small turns of the cap in the world frame, δR = (turn × R), (3, 3) [rad].
+    bend : derivatives of (θ cos γ, θ sin γ), (2, 3) [rad].
+    bending_angle, bending_plane : derivatives of θ and γ, (3,) [rad]; NaN for θ below 1e-6 rad: a straight
+        rod has no plane, and its angle no derivative.
+    positions, turns : derivatives of the sections at `arc_lengths` [m], (n, 3, 3).
+    arc_lengths : arc lengths of these sections [m], (n,).
     """
 
     tip_position: Mapping[str, np.ndarray]
@@ -60,16 +64,15 @@ class CoreJacobian:
 class CoreRod:
     """Soft actuator as an inextensible Cosserat rod with a clamped base and a rigid cap, in C.
 
-    Unless told otherwise, the base is at the origin, the rod along +z at rest, chamber k at azimuth 120° (k −
-    1). The functions may be called from several threads at once and release Python's lock.
-    `rodmodel.load_core` makes a rod from a calibration; `rodmodel.load` makes the differentiable one, which
-    finds the same.
+    By default the base is at the origin, the rod along +z at rest, chamber k at azimuth 120° (k − 1). Several
+    threads may call the methods at once; the core releases Python's global lock. `rodmodel.load_core` makes a
+    rod from a calibration; `rodmodel.load` makes the differentiable one, with the same solutions.
 
     Attributes
     ----------
-    actuator : lengths and masses.
-    domain : the loads within which the section was calibrated.
-    angle_error : within which the bending angle of the finite elements is in 90 % of states [rad].
+    actuator : dimensions and masses.
+    domain : loads inside which the section was calibrated.
+    angle_error : bound on the error of the bending angle against finite elements in 90 % of states [rad].
     """
 
     def __init__(self, handle: Handle, actuator: Actuator, domain: Domain, angle_error: float) -> None:
@@ -80,7 +83,7 @@ class CoreRod:
 
     @classmethod
     def of(cls, found: "Found", variant: str = VARIANTS[-1]) -> "CoreRod":
-        """Rod of a calibration that serves a layout."""
+        """Return the rod of a calibration that serves a layout."""
         calibration = found.calibration
         law = law_data(calibration.law, found.turns, found.mirrored, found.psi)
         angle_error = calibration.angle_error
@@ -97,12 +100,15 @@ class CoreRod:
         rest_volume: float = 0.0,
         variant: str = VARIANTS[-1],
     ) -> "CoreRod":
-        """Rod of constant stiffness [N m²], its free curvature linear in the pressures [1/(m Pa)].
+        """Return a rod of constant stiffness whose free curvature is linear in the pressures.
 
         Parameters
         ----------
-        stiffness, curvature_by_pressure : K and C of `rodmodel.LinearLaw`, (3, 3).
-        actuator, domain, rest_volume, variant : as of other rods; the volume per length at rest [m²].
+        stiffness, curvature_by_pressure : K [N m²] and C [1/(m Pa)] of `rodmodel.LinearLaw`, (3, 3).
+        actuator : dimensions and masses.
+        domain : loads inside which the law holds.
+        rest_volume : chamber volume per length at rest [m²].
+        variant : instruction set, one of `VARIANTS`.
         """
         law = linear_law_data(
             np.asarray(stiffness, float), np.asarray(curvature_by_pressure, float), rest_volume
@@ -125,29 +131,29 @@ class CoreRod:
         start: CoreSolution | None = None,
         steps: int | None = None,
     ) -> CoreSolution:
-        """Equilibrium under chamber pressures and loads.
+        """Solve for the equilibrium under chamber pressures and loads.
 
         Parameters
         ----------
         pressure : gauge pressures of chambers 1, 2 and 3, zero or positive [Pa].
-        tip_force : at the centre of the cap's outer face, world frame, dead [N].
-        tip_moment : on the cap, world frame, dead [N m].
+        tip_force : dead force at the centre of the cap's outer face, world frame [N].
+        tip_moment : dead moment on the cap, world frame [N m].
         gravity : acceleration, world frame [m/s²].
-        throw : raise where an input is bad, pressures are outside the calibration, or the solve fails. If
+        throw : raise an error for a bad input, pressures outside the calibration, or a solve that fails. If
             false, these are flagged in the solution.
-        distributed_force : along the body, world frame, dead [N/m].
-        follower_force, follower_moment : at the centre of the cap's outer face; turn with the cap, in whose
-            frame they are given [N], [N m].
-        base_position, base_rotation : of the clamp, world frame [m], (3, 3).
-        start : a solution under nearby pressures and loads, tried first. From one that leads to no stable
-            equilibrium the solve begins anew.
-        steps : along the rod; the tip's error falls with their fourth power. If not given, 32, and twice as
-            many as often as the rod turns too sharply for them, up to 512.
+        distributed_force : dead force along the body, per length, world frame [N/m].
+        follower_force, follower_moment : force at the centre of the cap's outer face [N] and moment on the
+            cap [N m], in the frame of the cap, with which they turn.
+        base_position, base_rotation : position [m] and rotation matrix of the clamp, world frame.
+        start : solution under nearby pressures and loads, from which Newton's method starts. If it finds no
+            stable equilibrium, the solve restarts cold.
+        steps : number of steps along the rod; the tip's error falls with its fourth power. By default 32,
+            doubled up to 512 while the rod bends too sharply for them.
 
         Raises
         ------
         ValueError
-            Where an argument has not the shape it must have.
+            For an argument of a wrong shape.
         RuntimeError
             See `throw`.
         """
@@ -164,11 +170,11 @@ class CoreRod:
                 "base_rotation": base_rotation,
             }
         )
-        taken = _checked_steps(steps)
-        solution = self._solve(given, taken, start)
-        while steps is None and solution.result is Result.unresolved and taken < _MOST_STEPS:
-            taken *= 2
-            solution = self._solve(given, taken, start)
+        count = _checked_steps(steps)
+        solution = self._solve(given, count, start)
+        while steps is None and solution.result is Result.unresolved and count < _MOST_STEPS:
+            count *= 2
+            solution = self._solve(given, count, start)
         if throw:
             self.raise_where(solution, given["pressure"][0])
         return solution
@@ -188,28 +194,28 @@ class CoreRod:
 
         Parameters
         ----------
-        pressure, tip_force, tip_moment, gravity, loads : as for `solve`, which does not raise here.
-        steps : along the rod; 32 if not given.
-        arc_lengths : where along the rod to differentiate the pose besides the tip [m].
+        pressure, tip_force, tip_moment, gravity, loads : as for `solve` with `throw` false.
+        steps : number of steps along the rod; by default 32.
+        arc_lengths : arc lengths of the sections whose poses to differentiate besides the tip's [m].
 
         Returns
         -------
-        solution : flags included: where it has not converged, the derivatives are those of what it reached.
-        jacobian : derivatives.
+        solution : solution with its flags.
+        jacobian : derivatives; if the solve has not converged, those of the equilibrium that it reached.
         """
         dead = {"pressure": pressure, "tip_force": tip_force, "tip_moment": tip_moment, "gravity": gravity}
         given = row_of({**dead, **loads})
         s = np.ascontiguousarray(np.ravel(np.asarray(arc_lengths, float)))
-        taken = _checked_steps(steps)
-        record, nodes = np.zeros(1, SOLUTION), np.zeros(taken + 1, NODE)
+        count = _checked_steps(steps)
+        record, nodes = np.zeros(1, SOLUTION), np.zeros(count + 1, NODE)
         by_input = np.zeros(1, JACOBIAN)
         along = np.zeros((2, s.size, 3, 12))
         self.handle.call.rm_solve_with_jacobian(
             self.handle.rod,
             _pointer("rm_input", given),
-            self.options(taken),
+            self.options(count),
             ffi.NULL,
-            self.handle.workspace(taken, with_jacobian=True),
+            self.handle.workspace(count, with_jacobian=True),
             _pointer("rm_node", nodes),
             _pointer("rm_solution", record),
             _pointer("rm_jacobian", by_input),
@@ -243,19 +249,19 @@ class CoreRod:
         volumes: bool = False,
         **given: Any,
     ) -> np.ndarray:
-        """Equilibria of many rows at once.
+        """Solve for the equilibria of many rows of inputs.
 
         Parameters
         ----------
-        steps : along the rod.
-        tolerance : of Newton's method on u L at the base [rad]; by default 1e-10.
-        threads : over which the rows are spread.
-        volumes : whether chamber volumes are wanted; NaN if not.
-        given : `pressure`, loads and base as for `solve`, one for all rows or one a row, (rows, 3).
+        steps : number of steps along the rod.
+        tolerance : tolerance of Newton's method on u L at the base [rad]; by default 1e-10.
+        threads : number of threads that share the rows.
+        volumes : compute chamber volumes; NaN otherwise.
+        given : `pressure`, loads and base as for `solve`, one for all rows or one per row, (rows, 3).
 
         Returns
         -------
-        solutions : records, (rows,), with the fields of `rm_solution`; `result` is 0 where all went well.
+        solutions : records, (rows,), with the fields of `rm_solution`; `result` is 0 after success.
         """
         inputs = rows_of(given)
         found = np.zeros(inputs.size, SOLUTION)
@@ -285,8 +291,8 @@ class CoreRod:
         gravity: Numbers | None = None,
         throw: bool = True,
     ) -> "Inverse":
-        """Pressures for a wanted bend or tip position: see `rodmodel.control.inverse`."""
-        # The control room is built on this one.
+        """Return pressures for a target bend or tip position; see `rodmodel.control.inverse`."""
+        # Imported late: rodmodel.control imports this package.
         from rodmodel.control import inverse
 
         return inverse(
@@ -300,7 +306,7 @@ class CoreRod:
         return Predictor(self, loads, **options)
 
     def raise_where(self, solution: CoreSolution, pressure: np.ndarray) -> None:
-        """Raise `RuntimeError` where a solve failed or its pressures are outside the calibration."""
+        """Raise a RuntimeError if a solve failed or its pressures are outside the calibration."""
         if solution.result is Result.bad_input:
             raise RuntimeError(
                 f"pressure, loads or base: {solution.result.message}; throw=False flags this instead"
@@ -319,7 +325,7 @@ class CoreRod:
             )
 
     def options(self, steps: int, volumes: bool = True, tolerance: float | None = None) -> Any:
-        """Options of the core for so many steps."""
+        """Return the core's options for so many steps."""
         options = ffi.new("rm_options *")
         self.handle.call.rm_default_options(options)
         options.steps = steps
@@ -345,7 +351,7 @@ class CoreRod:
 
 
 def in_parts(part: Any, count: int, threads: int) -> None:
-    """Run a function of a first and a last row over all rows, on so many threads."""
+    """Call a function of a first and a last row on parts that cover all rows, one for each thread."""
     if threads < 1:
         raise ValueError(f"threads: got {threads}, expected 1 or more")
     if threads == 1 or count < 2 * threads:
@@ -366,7 +372,7 @@ def _checked_steps(steps: int | None) -> int:
 
 
 def _pointer(name: str, records: np.ndarray) -> Any:
-    """Pointer to records of a structure, which it keeps alive."""
+    """Return a pointer to records of a structure, which it keeps alive."""
     return ffi.from_buffer(f"{name} *", records)
 
 

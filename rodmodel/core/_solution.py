@@ -1,4 +1,4 @@
-"""What the core finds: the pose, the shape, and how far to trust them."""
+"""Solution of the compiled rod: pose, shape, flags and error estimate."""
 
 from collections.abc import Sequence
 from enum import IntEnum
@@ -12,7 +12,7 @@ from rodmodel.core._native import ffi
 
 
 class Result(IntEnum):
-    """How a solve ended; `message` says it, and what to do."""
+    """Result of a solve; `message` explains it and names a remedy."""
 
     successful = 0
     bad_input = 1
@@ -23,25 +23,26 @@ class Result(IntEnum):
 
     @property
     def message(self) -> str:
-        """What ended the solve, and the remedy."""
+        """Reason for the end of the solve, and a remedy."""
         return _MESSAGES[self]
 
 
 _MESSAGES = {
-    Result.successful: "the equilibrium under the whole load was found",
+    Result.successful: "the equilibrium under the full load was found",
     Result.bad_input: (
-        "a pressure is negative, an input not finite, base_rotation no rotation, or steps or tolerance "
-        "cannot be solved with; correct it"
+        "a pressure is negative, an input is not finite, base_rotation is no rotation, or steps or tolerance "
+        "are out of range; correct it"
     ),
     Result.unstable: (
-        "the rod would snap, or buckle to no side in particular, before the whole load is on it; "
+        "the rod would snap, or buckle to an undetermined side, before it carries the full load; "
         "take less load, or one that leans to a side"
     ),
     Result.not_converged: (
-        "Newton's method found no equilibrium that the rod could have gone to; take less load, or more steps"
+        "Newton's method found no equilibrium on the branch that the rod follows from rest; "
+        "take less load, or more steps"
     ),
-    Result.unresolved: "the rod turns too sharply for so few steps; take more steps, or less load",
-    Result.too_many_shots: "the bound on iterations was met; take less load, or raise the bound",
+    Result.unresolved: "the rod bends too sharply for so few steps; take more steps, or less load",
+    Result.too_many_shots: "the limit on iterations was met; take less load, or raise the limit",
 }
 
 
@@ -49,26 +50,27 @@ _MESSAGES = {
 class CoreSolution:
     """Equilibrium of a rod, in the world frame; NumPy arrays.
 
-    Where an input was bad, every number is NaN and both flags are false.
+    For a bad input every number is NaN and both flags are false.
 
     Attributes
     ----------
     tip_position : centre of the cap's outer face [m], (3,).
     tip_rotation : frame of the cap, directors as columns, (3, 3).
-    bending_angle : θ of the tip's tangent from the base's, continued past 180° [rad].
-    bending_plane : γ in [0, 2π) [rad]; it has no meaning where the rod is straight, and is 0 there.
+    bending_angle : angle θ of the tip's tangent from the base's, continued past 180° [rad].
+    bending_plane : azimuth γ in [0, 2π) [rad]; 0 for a straight rod, where it is undefined.
     bend : (θ cos γ, θ sin γ) [rad], smooth where the rod is straight.
-    chamber_volume : of each chamber, over the body [m³], (3,).
+    chamber_volume : volume of each chamber over the body [m³], (3,).
     converged : whether the full load was reached.
-    result : how the solve ended.
+    result : result of the solve.
     stable : whether the second variation of the energy is positive; under moments and follower forces,
-        whether the loads have passed no branching of equilibria.
-    in_domain : whether pressures, and the moment everywhere on the body, are those of the calibration.
-    error_estimate : within which θ of the finite elements is in 90 % of states [rad]; NaN outside the domain.
-    load_fraction : of the loads, at which this is the equilibrium.
-    load_steps, shots : that the solve took; a shot is an integration from base to end.
-    unknown : u L at the base, and after it, where there is a follower force, that force in the frame of the
-        base [N]: a start for the next solve.
+        whether the loads have passed no bifurcation.
+    in_domain : whether pressures, and the moment everywhere on the body, are in the calibrated domain.
+    error_estimate : bound on the error of θ against finite elements in 90 % of states [rad]; NaN outside the
+        domain.
+    load_fraction : fraction of the loads at which this is the equilibrium.
+    load_steps, shots : numbers of load steps, and of shots, integrations from base to end.
+    unknown : solution of the shooting, a start for the next solve: u L at the base, then the follower force,
+        if there is one, in the frame of the base [N].
     """
 
     def __init__(self, handle: Handle, given: Any, record: np.void, nodes: Any) -> None:
@@ -90,7 +92,7 @@ class CoreSolution:
 
     @property
     def stats(self) -> dict[str, float]:
-        """`load_fraction` reached, `load_steps` that it took, and `shots`."""
+        """Mapping with `load_fraction`, `load_steps` and `shots`."""
         return {
             "load_fraction": self.load_fraction,
             "load_steps": self.load_steps,
@@ -98,29 +100,29 @@ class CoreSolution:
         }
 
     def centreline(self, arc_length: ArrayLike | Sequence[float] | float) -> np.ndarray:
-        """Position r(s) of the axis, world frame [m], (..., 3).
+        """Return the position r(s) of the axis, world frame [m], (..., 3).
 
         Parameters
         ----------
-        arc_length : s [m], any shape, from 0 at the base to the cap's outer face; NaN comes back for others.
+        arc_length : s [m], any shape, from 0 at the base to the cap's outer face; others give NaN.
         """
         return self._stations(arc_length, 0, (3,))
 
     def frames(self, arc_length: ArrayLike | Sequence[float] | float) -> np.ndarray:
-        """Frame R(s), directors as columns, world frame, (..., 3, 3). The cap has that of the body's end.
+        """Return the frame R(s), directors as columns, world frame, (..., 3, 3); constant in the cap.
 
         Parameters
         ----------
-        arc_length : s [m], any shape, from 0 at the base to the cap's outer face; NaN comes back for others.
+        arc_length : s [m], any shape, from 0 at the base to the cap's outer face; others give NaN.
         """
         return self._stations(arc_length, 1, (3, 3))
 
     def curvature(self, arc_length: ArrayLike | Sequence[float] | float) -> np.ndarray:
-        """Curvature and twist u(s), body frame [1/m], (..., 3); zero in the cap, which is rigid.
+        """Return curvature and twist u(s), body frame [1/m], (..., 3); zero in the cap, which is rigid.
 
         Parameters
         ----------
-        arc_length : s [m], any shape, from 0 at the base to the cap's outer face; NaN comes back for others.
+        arc_length : s [m], any shape, from 0 at the base to the cap's outer face; others give NaN.
         """
         return self._stations(arc_length, 2, (3,))
 

@@ -1,18 +1,17 @@
-"""The core's functions, compiled for the instructions that this machine has."""
+"""The core's functions, compiled for the instruction sets of this machine."""
 
 from types import SimpleNamespace
 
 from rodmodel.core._native import lib
 
-# What this machine runs, the fastest last; by number as `enum rm_variant` has them.
+# Variants that this machine runs, the fastest last, in the order of `enum rm_variant`.
 VARIANTS = ("baseline", "avx2", "avx512")[: lib.rm_best_variant() + 1]
 
 
 def functions(variant: str = VARIANTS[-1]) -> SimpleNamespace:
     """Return the core's public functions under their names in rodmodel_core.h.
 
-    They are the extension's own functions, so a call costs nothing beyond theirs. Copies differ in rounding
-    alone.
+    They are the extension's own functions, so a call has no overhead. Variants differ only in rounding.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Calibrations: their file, which of them serves a winding layout, and rods made of them. Imports no JAX."""
+"""Calibrations: their files, the choice of one for a winding layout, and rods from them. Imports no JAX."""
 
 from rodmodel.io.adjustment import Adjustment as Adjustment
 from rodmodel.io.adjustment import OuterWall as OuterWall

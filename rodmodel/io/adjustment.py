@@ -1,10 +1,10 @@
-"""A calibration adjusted to an actuator of one's own by ten numbers: a calibration again.
+"""Adjustment of a calibration to an individual actuator by ten numbers.
 
     Π(u, p) = s [ Π_map(u, g p + o) + ½ Σ_k w_k uᵀ W_k u ]
 
-In a network of ridges all of it is exact: gains and offsets go into what takes the pressures, the walls' W_k
-into the quadratic, s into the scale of energies. Gains differ from chamber to chamber, so that the ridges of
-all images of the map's symmetry are written out.
+The result is again a ridge network, exactly: gains g and offsets o change the weights of the pressures, the
+walls' W_k the quadratic, s the energy scale. As gains differ between chambers, the map's symmetry is lost,
+and the ridges of all its images are written out.
 """
 
 import math
@@ -26,9 +26,12 @@ _TRIANGLE = np.tril_indices(3)
 
 @dataclass(frozen=True)
 class OuterWall:
-    """Third of the tube's outer wall that closes a chamber; by default that of the calibrated actuator.
+    """Outer wall of a chamber, a third of the tube's; by default that of the calibrated actuator.
 
-    Mid-radius [m], thickness [m] and shear modulus at rest [Pa].
+    Attributes
+    ----------
+    radius, thickness : mid-radius and thickness [m].
+    shear_modulus : shear modulus at rest [Pa].
     """
 
     radius: float = 5.5e-3
@@ -36,16 +39,16 @@ class OuterWall:
     shear_modulus: float = 0.1e6
 
     def stiffness(self) -> np.ndarray:
-        """Stiffness of each chamber's outer wall against curvature and twist, about the rod's axis.
+        """Return the stiffness of each chamber's outer wall against curvature and twist of the rod's axis.
 
-        Of a thin arc of silicone at rest, r(φ) its place and φ from −60° to 60° about the chamber's centre:
-        its axial strain is ε = r (u₁ sin φ − u₂ cos φ), its shear r u₃, and with E = 3G
+        The wall is a thin arc of silicone at rest, with φ from −60° to 60° about the chamber's centre. Its
+        axial strain is ε = r (u₁ sin φ − u₂ cos φ), its shear r u₃, and with E = 3G
 
             W_k = ∂²/∂u² ∫ ½ (E ε² + G r² u₃²) t r dφ.
 
         Returns
         -------
-        stiffness : (3, 3, 3), a symmetric matrix for each chamber, body frame [N m²].
+        stiffness : a symmetric matrix for each chamber, (3, 3, 3), body frame [N m²].
         """
         half = math.pi / 3.0
         cube = self.shear_modulus * self.thickness * self.radius**3
@@ -57,15 +60,15 @@ class OuterWall:
 
 @dataclass(frozen=True)
 class Adjustment:
-    """The ten numbers, and the wall that w counts in.
+    """The ten numbers of an adjustment, and the wall to which w refers.
 
     Attributes
     ----------
-    stiffness_scale : s.
-    pressure_gain : g of each chamber, (3,).
-    pressure_offset : o of each chamber, (3,) [Pa].
-    wall_variation : w of each chamber, (3,).
-    wall : whose stiffness W is.
+    stiffness_scale : factor s on the potential.
+    pressure_gain : gain g of each chamber, (3,).
+    pressure_offset : offset o of each chamber, (3,) [Pa].
+    wall_variation : relative excess stiffness w of each chamber's outer wall, (3,).
+    wall : wall with the stiffness W.
 
     Raises
     ------
@@ -91,47 +94,46 @@ class Adjustment:
             raise ValueError(f"stiffness_scale: got {self.stiffness_scale}, expected a positive number")
 
     def wall_stiffness(self) -> np.ndarray:
-        """Σ_k w_k W_k, (3, 3) [N m²]."""
+        """Return Σ_k w_k W_k, (3, 3) [N m²]."""
         return np.tensordot(self.wall_variation, self.wall.stiffness(), axes=1)
 
     def domain(self, domain: Domain) -> Domain:
-        """Domain of the map in pressures as they are read, and in moments of the scaled section."""
+        """Return the map's domain in the actuator's pressures, and in moments of the scaled section."""
         gain, offset = self.pressure_gain, self.pressure_offset
         first, second, third = np.maximum((np.array(domain.pressure_max) - offset) / gain, 0.0).tolist()
-        # With unequal gains the bound on the sum is a plane of another slope: the largest gain is the safe
-        # one.
+        # Unequal gains tilt the plane that bounds the sum; with the largest gain the bound is safe.
         total = max(float((domain.pressure_sum_max - offset.sum()) / gain.max()), 0.0)
         bending, _, torque = (self.stiffness_scale * axis for axis in domain.moment_axes)
         return Domain((first, second, third), total, bending, torque)
 
 
 def scaled_ends(actuator: Actuator, scale: Any) -> Actuator:
-    """Ends of the same silicone as the section: what they hold back scales as its stiffness does."""
+    """Return the ends for a scaled section of the same silicone: the stiffness of the base scales too."""
     if isinstance(actuator.base_stiffness, float | int) and actuator.base_stiffness == 0:
-        return actuator  # the same for all, whatever the scale
+        return actuator  # the turn of the base does not depend on the stiffness
     return replace(actuator, base_stiffness=scale * actuator.base_stiffness)
 
 
 def adjusted(
     found: "Found", adjustment: Adjustment, error: dict[str, Any], provenance: dict[str, Any]
 ) -> Calibration:
-    """Make a calibration of one that serves a layout, and an adjustment.
+    """Return the calibration of a layout, adjusted.
 
     Parameters
     ----------
-    found : the map, and how the layout's section stands to its own.
+    found : calibration of the layout, called the map.
     adjustment : the ten numbers.
-    error : further figures of `Calibration.error`.
-    provenance : of the adjustment.
+    error : further entries of `Calibration.error`.
+    provenance : provenance of the adjustment.
 
     Returns
     -------
-    calibration : of the layout that was asked for. Where the map is one of all orientations, of the one.
+    calibration : calibration of the requested layout, at one orientation.
 
     Raises
     ------
     ValueError
-        Where no pressure of a chamber, or no sum of them, is left inside the map.
+        If the offsets leave no pressure of a chamber, or no sum of them, inside the map.
     """
     of_map = found.calibration
     domain = adjustment.domain(found.domain)
@@ -151,29 +153,29 @@ def adjusted(
 
 
 def adjusted_arrays(law: RidgeArrays, adjustment: Adjustment) -> RidgeArrays:
-    """Law without symmetry, adjusted: exactly the formula above, its constant included."""
+    """Return a law without symmetry, adjusted: exactly the formula above, with its constant."""
     gain, offset = adjustment.pressure_gain, adjustment.pressure_offset / law.pressure_scale
     scale, energy = adjustment.stiffness_scale, law.energy_scale
     rest = np.zeros(3) if law.rest_pressures is None else law.rest_pressures
     quadratic = np.zeros(6) if law.quadratic is None else law.quadratic
     in_scales = law.curvature_scale**2 / energy
-    # −s V₀ Σ g p of chambers that differ: with one V₀ for all, the rest of it among the slopes.
+    # −s V₀ Σ g p differs between chambers: V₀ takes the mean, the slopes the rest.
     rest_volume = law.rest_volume * scale * float(gain.mean())
-    share = (rest_volume - scale * law.rest_volume * gain) * law.pressure_scale / (scale * energy)
+    remainder = (rest_volume - scale * law.rest_volume * gain) * law.pressure_scale / (scale * energy)
 
-    def seen(factors: np.ndarray) -> np.ndarray:
+    def with_gain(factors: np.ndarray) -> np.ndarray:
         return np.concatenate([factors[..., :3] * gain, factors[..., 3:]], axis=-1)
 
-    slopes = seen(law.slopes)
-    slopes[:3] += share
+    slopes = with_gain(law.slopes)
+    slopes[:3] += remainder
     return replace(
         law,
         feature_weights=law.feature_weights * gain,
         feature_biases=law.feature_biases + law.feature_weights @ offset,
-        mixing=seen(law.mixing),
+        mixing=with_gain(law.mixing),
         offsets=law.offsets + law.mixing[:, :3] @ offset,
         slopes=slopes,
-        guess=seen(law.guess),
+        guess=with_gain(law.guess),
         energy_scale=scale * energy,
         rest_volume=rest_volume,
         rest_pressures=(rest - offset) / gain,
@@ -182,7 +184,7 @@ def adjusted_arrays(law: RidgeArrays, adjustment: Adjustment) -> RidgeArrays:
 
 
 def _written_out(found: "Found") -> RidgeArrays:
-    """The law of a layout with the ridges and hidden functions of all its images, without symmetry."""
+    """Return the law of a layout without symmetry: the ridges and features of all images written out."""
     law = found.calibration.law
     placed = placed_images(law.symmetry, found.turns, found.mirrored)
     biases = law.feature_biases

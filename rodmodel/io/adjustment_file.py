@@ -1,4 +1,4 @@
-"""Adjustment files, as `rodmodel-calibrate fit-measured` wrote them before it wrote calibrations.
+"""Adjustment files, the former output of `rodmodel-calibrate fit-measured`.
 
     {"schema": "rodmodel-adjustment", "version": 1,
      "layout": {"name", "psi_rad", "pitch_m"},
@@ -8,7 +8,7 @@
      "standard_errors": {the same; null where held},
      "provenance": {...}}
 
-Of a calibration that ships: the file says of no other which it is.
+They adjust a shipped calibration: the file does not say which other one it refers to.
 """
 
 import warnings
@@ -24,12 +24,12 @@ _CHAMBERS = (1, 2, 3)
 
 
 def adjusted_calibration(record: Record) -> Calibration:
-    """The calibration of an adjustment file, with a warning that no later release reads it.
+    """Return the calibration of an adjustment file, with a warning that no later release reads it.
 
     Raises
     ------
     CalibrationFileError
-        One line that names the file, the key, what came and what is expected.
+        For a bad file; the one-line message names the file, the key, the value and what is expected.
     """
     record.take("version", "version 1", lambda value: type(value) is int and value == 1)
     layout, wall = record.record("layout"), record.record("wall")

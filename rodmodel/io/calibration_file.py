@@ -1,7 +1,7 @@
-"""The calibration file: what crosses from the FEM to the rod, as one JSON object.
+"""The calibration file: a section law and its actuator, from the FEM to the rod, as one JSON object.
 
     {"schema": "rodmodel-calibration", "version": 1,
-     "layout": {"name", "psi_rad" (null where the law is one of all orientations), "pitch_m"},
+     "layout": {"name", "psi_rad" (null for a law of all orientations), "pitch_m"},
      "actuator": {"body_length_m", "cap_length_m", "body_diameter_m",
                   "mass_per_length_kg_per_m", "cap_mass_kg", and, where known, "stiff_tip_m",
                   "base_turn_rad_per_pa", "base_lag_m", "base_stiffness_n_m2", "tip_offset_m",
@@ -9,15 +9,15 @@
      "section_law": {"kind", "ridge_slope", "pressure_scale_pa", "curvature_scale_per_m", "energy_scale_n",
                      "rest_volume_m2", "symmetry", and, by name, the arrays of `RidgeArrays`},
      "domain": {"pressure_max_pa" (three), "pressure_sum_max_pa", "moment_max_nm",
-                "torque_max_nm" (null where it is the same)},
+                "torque_max_nm" (null if equal)},
      "error": {"free_bending_angle_rad": {"median", "p95", "worst", and, where known, "p90"},
                and, where known, "actuator_angle_rad": {"p90"}, "measured_angle_rad": {"p90"}, ...},
      "provenance": {...}}
 
-The law's kind is "ridge-network", "oriented-ridge-network" with "orientation_weights", or of one that is
-adjusted to measurements "adjusted-ridge-network", with "rest_pressures" and "quadratic". `error` may hold
-further quantities and `provenance` is free; both come back as they were written. `rodmodel.io.ranges` has
-what each number may be.
+The law's kind is "ridge-network", "oriented-ridge-network" with "orientation_weights", or, for a law adjusted
+to measurements, "adjusted-ridge-network" with "rest_pressures" and "quadratic". `error` may hold further
+quantities and `provenance` is free; both are read back unchanged. `rodmodel.io.ranges` has the ranges of the
+numbers.
 """
 
 import json
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     import rodmodel.section
 
 SCHEMA = "rodmodel-calibration"
-#: Of files before adjusted laws were calibrations; see `rodmodel.io.adjustment_file`.
+#: Schema of the former adjustment files; see `rodmodel.io.adjustment_file`.
 ADJUSTMENT = "rodmodel-adjustment"
 VERSION = 1
 RIDGES, ORIENTED, ADJUSTED = "ridge-network", "oriented-ridge-network", "adjusted-ridge-network"
@@ -46,7 +46,7 @@ RIDGE_SLOPE = "(1 + z^2)^-2"
 
 _NO_LONGER_READ = "free-state-expansion"
 _RANK_ONE = ("feature_biases", "offsets", "weights", "factor", "slopes", "rest_pressures", "quadratic")
-# Arrays that one kind of law has and the others have not.
+# Arrays that only one kind of law has.
 _OF_ONE_KIND = {"orientation_weights": ORIENTED, "rest_pressures": ADJUSTED, "quadratic": ADJUSTED}
 _SCALES = {
     "pressure_scale": "pressure_scale_pa",
@@ -74,21 +74,21 @@ _ACTUATOR = {
 @final
 @dataclass(frozen=True, init=False, eq=False)
 class Calibration:
-    """All that a calibration file holds.
+    """Content of a calibration file.
 
     Attributes
     ----------
-    layout : winding.
-    actuator : lengths, masses and ends.
-    law : the section law in numbers; given as such, or as `section_law`, a law of JAX.
+    layout : winding layout.
+    actuator : dimensions, masses and ends.
+    law : section law as plain arrays; the constructor also takes a JAX law as `section_law`.
     domain : loads inside which the law was calibrated.
-    error : held-out figures, as the file has them.
-    provenance : where it all comes from, as the file has it.
+    error : errors on held-out states, as in the file.
+    provenance : origin of the data, as in the file.
 
     Raises
     ------
     ValueError
-        For a law of a kind that no file holds, such as a `LinearLaw`.
+        For a law that no file can hold, such as a `LinearLaw`.
     """
 
     layout: Layout
@@ -135,18 +135,18 @@ class Calibration:
 
     @cached_property
     def section_law(self) -> "rodmodel.section.RidgeNetwork | rodmodel.section.OrientedNetwork":
-        """The law, differentiable: imports JAX."""
+        """Differentiable section law; imports JAX."""
         from rodmodel.section import law_from_arrays
 
         return law_from_arrays(self.law)
 
     @property
     def angle_error(self) -> float:
-        """Within which the finite elements' bending angle is in 90 % of states [rad].
+        """Bound on the error of the bending angle in 90 % of states [rad].
 
-        Of the cell, on states held out of the fit; and where the file knows of the full actuator, of that,
-        whose runs left out of the fit of the ends add their own error in squares. Of a law adjusted to
-        measurements, within which the measured angle is, left out of the fit; and never less than the former.
+        It is the error against the period cell on held-out states. If the file has the error against the full
+        actuator, on runs held out of the fit of the ends, its square is added. A law adjusted to measurements
+        has the error against held-out measurements instead, if that is larger.
         """
         cell = self.error["free_bending_angle_rad"]
         bound = float(cell.get("p90", cell["p95"]))
@@ -163,11 +163,12 @@ def read_calibration(path: str | Path) -> Calibration:
     Raises
     ------
     CalibrationFileError
-        A `ValueError` of one line that names the file, the key, what came and what is expected.
+        For a bad file; a `ValueError` whose one-line message names the file, the key, the value and what is
+        expected.
     """
     record = Record.from_file(Path(path))
     if record.content.get("schema") == ADJUSTMENT:
-        # Which is of a calibration that this module reads.
+        # Imported late: that module reads the adjusted calibration with this one.
         from rodmodel.io.adjustment_file import adjusted_calibration
 
         return adjusted_calibration(record)
@@ -175,15 +176,15 @@ def read_calibration(path: str | Path) -> Calibration:
 
 
 def save_calibration(calibration: Calibration, path: str | Path) -> None:
-    """Write a calibration file, whole or not at all.
+    """Write a calibration file atomically.
 
     Raises
     ------
     ValueError
-        Where it is no calibration but a law, say, or the file could not be read again: a NaN or an infinity
-        in it, or a number out of its range. Nothing is written then.
+        For an argument that is no calibration, and for numbers that could not be read again: not finite, or
+        out of their range. Nothing is written.
     OSError
-        Where the file cannot be written. What was there before is untouched.
+        If the file cannot be written. An old file stays unchanged.
     """
     if not isinstance(calibration, Calibration):
         raise ValueError(
@@ -252,13 +253,13 @@ def _calibration(record: Record) -> Calibration:
 
 
 def _actuator(record: Record) -> Actuator:
-    there = {
+    present = {
         name: record.number(key)
         for name, key in _ACTUATOR.items()
         if key in record.content or not RANGES[f"actuator.{key}"].optional
     }
     try:
-        actuator = Actuator(**there)
+        actuator = Actuator(**present)
     except ValueError as error:
         raise CalibrationFileError(f"{record.file}: {record.place}.{error}") from error
     length = actuator.body_length

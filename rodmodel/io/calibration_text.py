@@ -1,4 +1,4 @@
-"""A calibration for people and as JSON: millimetres, kilopascals and degrees, as the names say."""
+"""A calibration as text and JSON, in the units that their names say: mm, kPa, degrees."""
 
 import math
 from typing import Any
@@ -7,7 +7,7 @@ from rodmodel.io.calibration_file import Calibration
 
 
 def calibration_record(calibration: Calibration) -> dict[str, Any]:
-    """Layout, validity and error of a calibration as a JSON object."""
+    """Return layout, domain and error of a calibration as a JSON object."""
     layout, domain = calibration.layout, calibration.domain
     angle = calibration.error["free_bending_angle_rad"]
     mirrored = None if calibration.law.is_adjusted else layout.mirrored_psi
@@ -29,7 +29,7 @@ def calibration_record(calibration: Calibration) -> dict[str, Any]:
 
 
 def layout_text(record: dict[str, Any]) -> str:
-    """Layout and the orientations that its calibration serves, of the calibration's record."""
+    """Return the text of a record's layout and of the orientations that the calibration serves."""
     if record["psi_deg"] is None:
         return f"{record['layout']}, pitch {record['pitch_mm']:g} mm, any psi"
     psi, mirrored = f"psi {record['psi_deg']:g}", record["psi_mirrored_deg"]
@@ -40,7 +40,7 @@ def layout_text(record: dict[str, Any]) -> str:
 
 
 def calibration_text(record: dict[str, Any]) -> str:
-    """Calibration for people, of its record."""
+    """Return the text of a calibration's record."""
     first, second, third = record["pressure_max_kpa"]
     angle = record["error"]["bending_angle_deg"]
     return "\n".join(

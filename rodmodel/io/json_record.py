@@ -1,4 +1,4 @@
-"""Checked access to a JSON object, for errors that name file, key, what came and what is expected."""
+"""Checked access to a JSON object; errors name the file, the key, the value and what is expected."""
 
 import json
 import math
@@ -12,10 +12,12 @@ import numpy as np
 
 from rodmodel.io.ranges import ADJUSTMENT_RANGES, ARRAY_NUMBER, RANGES
 
-# The largest law takes some 80 MB. Objects and lists within one another; the format has four.
-_MOST_BYTES, _MOST_DEPTH = 256 * 2**20, 32
+# Largest file [bytes]; the largest law takes about 80 MB.
+_MOST_BYTES = 256 * 2**20
+# Deepest nesting of objects and lists; the format needs four levels.
+_MOST_DEPTH = 32
 _RANGES = {**RANGES, **ADJUSTMENT_RANGES}
-# Longer integers have no double; Python itself refuses to read some of them.
+# Longest integer: a longer one has no double, and Python refuses to read some of them.
 _MOST_DIGITS = 300
 
 
@@ -24,7 +26,7 @@ class CalibrationFileError(ValueError):
 
 
 class Record:
-    """One JSON object of a file, with the keys that led to it."""
+    """One JSON object of a file, with the path of keys to it."""
 
     def __init__(self, content: Any, file: Path, place: str = "") -> None:
         self.file = file
@@ -42,8 +44,8 @@ class Record:
         Raises
         ------
         CalibrationFileError
-            Where the file cannot be read, is not JSON, gives a key twice, holds a number that is none or
-            nests deeper than any calibration.
+            If the file cannot be read, is not JSON, repeats a key, holds a NaN, an infinity or a huge
+            integer, or nests too deeply.
         """
         try:
             with file.open("rb") as stream:
@@ -80,7 +82,7 @@ class Record:
         return cls(content, file)
 
     def take(self, key: str, expected: str, valid: Callable[[Any], bool]) -> Any:
-        """Value of a key that must be there and valid; `expected` says in words what that is."""
+        """Return the value of a key; refuse a missing or invalid one, with `expected` as the remedy."""
         if key not in self.content:
             raise self.error(key, "nothing", expected)
         value = self.content[key]
@@ -88,31 +90,31 @@ class Record:
             raise self.error(key, reprlib.repr(value), expected)
         return value
 
-    def error(self, key: str, came: str, expected: str) -> CalibrationFileError:
-        """Error about one key."""
-        return _error(self.file, self._full(key), came, expected)
+    def error(self, key: str, value: str, expected: str) -> CalibrationFileError:
+        """Return an error about one key."""
+        return _error(self.file, self._full(key), value, expected)
 
     def record(self, key: str) -> "Record":
-        """Object under a key."""
+        """Return the object under a key."""
         return Record(self.take(key, "an object", lambda value: True), self.file, self._full(key))
 
     def word(self, key: str) -> str:
-        """Name under a key: of letters, digits, and -._ between them."""
+        """Return the name under a key, of letters, digits, and -._ between them."""
         return str(self.take(key, "a name of letters, digits, -, . and _", _is_name))
 
     def number(self, key: str) -> float:
-        """Number under a key, in the range that `rodmodel.io.ranges` has for it."""
+        """Return the number under a key, in its range in `rodmodel.io.ranges`."""
         allowed = _RANGES[self._full(key)]
         return float(self.take(key, allowed.expected, lambda v: _is_number(v) and allowed.holds(v)))
 
     def number_or_null(self, key: str) -> float | None:
-        """Number under a key, in the range that `rodmodel.io.ranges` has for it, or None for null."""
+        """Return the number under a key, in its range in `rodmodel.io.ranges`, or None for null."""
         if key in self.content and self.content[key] is None:
             return None
         return self.number(key)
 
     def three(self, key: str) -> tuple[float, float, float]:
-        """Three numbers under a key, each in the range that `rodmodel.io.ranges` has for it."""
+        """Return the three numbers under a key, each in its range in `rodmodel.io.ranges`."""
         allowed = _RANGES[self._full(key)]
         first, second, third = self.take(
             key,
@@ -126,7 +128,7 @@ class Record:
         return float(first), float(second), float(third)
 
     def array(self, key: str, rank: int) -> np.ndarray:
-        """Vector or matrix of finite numbers under a key, of rank 1 or 2, not empty."""
+        """Return the vector (rank 1) or matrix (rank 2) of finite numbers under a key, not empty."""
         expected = f"a {'vector' if rank == 1 else 'matrix'} of finite numbers"
         value = self.take(key, expected, lambda v: isinstance(v, list))
         rows = value if rank == 2 else [value]
@@ -150,7 +152,7 @@ class Record:
 
 
 class _NoNumber:
-    """What may stand in a number's place and is none: NaN, Infinity, an integer of hundreds of digits."""
+    """Literal in place of a number: NaN, Infinity, or an integer of hundreds of digits."""
 
     def __init__(self, text: str) -> None:
         self._text = text
@@ -162,16 +164,16 @@ class _NoNumber:
 
 @dataclass(frozen=True)
 class _Twice:
-    """In the place of an object that gives a key twice."""
+    """Placeholder for an object that repeats a key."""
 
     key: str
 
 
 def _refuse_faults(content: Any, file: Path) -> None:
-    """Refuse what no key may have: a `_NoNumber`, a `_Twice`, too many brackets within one another."""
-    left: list[tuple[str, Any, int]] = [("", content, 1)]
-    while left:
-        place, value, depth = left.pop()
+    """Refuse a `_NoNumber`, a `_Twice`, and too many brackets within one another, under any key."""
+    stack: list[tuple[str, Any, int]] = [("", content, 1)]
+    while stack:
+        place, value, depth = stack.pop()
         if isinstance(value, _NoNumber):
             raise _error(file, place, str(value), "a finite number")
         if isinstance(value, _Twice):
@@ -179,16 +181,16 @@ def _refuse_faults(content: Any, file: Path) -> None:
         if depth > _MOST_DEPTH and isinstance(value, dict | list):
             raise _error(file, place, "too many brackets within one another", f"at most {_MOST_DEPTH}")
         if isinstance(value, dict):
-            left += [(f"{place}.{key}" if place else key, inner, depth + 1) for key, inner in value.items()]
+            stack += [(f"{place}.{key}" if place else key, inner, depth + 1) for key, inner in value.items()]
         elif isinstance(value, list):
-            # Most of a file is numbers, which are no fault here.
-            left += [(place, inner, depth + 1) for inner in value if type(inner) is not float]
+            # Floats, most of a file, are skipped for speed: they are valid here.
+            stack += [(place, inner, depth + 1) for inner in value if type(inner) is not float]
 
 
-def _error(file: Path, place: str, came: str, expected: str) -> CalibrationFileError:
-    # Keys are whatever the file has; a path of them may be long.
+def _error(file: Path, place: str, value: str, expected: str) -> CalibrationFileError:
+    # Keys may hold any text, and their path may be long.
     shown = place if place.isprintable() and len(place) <= 200 else reprlib.repr(place)
-    return CalibrationFileError(f"{_name(file)}: {shown or 'the file'}: got {came}, expected {expected}")
+    return CalibrationFileError(f"{_name(file)}: {shown or 'the file'}: got {value}, expected {expected}")
 
 
 def _integer(digits: str) -> int | _NoNumber:
@@ -215,7 +217,7 @@ def _is_name(value: Any) -> bool:
 
 
 def _name(file: Path) -> str:
-    """A file's name in one line, whatever is in it."""
+    """Return a file's name in one line."""
     name = str(file)
     return name if name.isprintable() else repr(name)
 

@@ -1,4 +1,4 @@
-"""The numbers of a section law as a calibration file holds them: NumPy arrays that fit together."""
+"""A section law as NumPy arrays, as a calibration file holds it."""
 
 import math
 from dataclasses import dataclass, fields
@@ -6,10 +6,12 @@ from typing import final
 
 import numpy as np
 
-#: Images of a state under the symmetry of a section, by the symmetry's name.
+#: Number of images of a state under each symmetry of a section.
 IMAGES = {"none": 1, "mirror": 2, "full": 6}
-#: The largest law: ridges times images, and hidden functions of the pressures.
-MOST_RIDGES, MOST_FEATURES = 4096, 1024
+#: Largest number of ridges of all images.
+MOST_RIDGES = 4096
+#: Largest number of hidden features.
+MOST_FEATURES = 1024
 
 _SCALES = ("pressure_scale", "curvature_scale", "energy_scale", "rest_volume")
 
@@ -17,7 +19,7 @@ _SCALES = ("pressure_scale", "curvature_scale", "energy_scale", "rest_volume")
 @final
 @dataclass(frozen=True, eq=False)
 class RidgeArrays:
-    """Law of ridges, Π(u, p), in numbers; `rodmodel.RidgeNetwork` has the formula.
+    """Ridge network Π(u, p) as plain arrays; `rodmodel.RidgeNetwork` has the formula.
 
     Attributes
     ----------
@@ -33,18 +35,17 @@ class RidgeArrays:
     curvature_scale : u_s [1/m].
     energy_scale : E [J/m].
     rest_volume : V₀, chamber volume per length at rest [m²].
-    symmetry : of the section: ``none``, ``mirror`` (y → −y), or ``full`` (with turns by 120° too).
+    symmetry : symmetry of the section: ``none``, ``mirror`` (y → −y), or ``full`` (with turns by 120° too).
     orientation_weights : V, (features, 2), of a law of all orientations ψ, which has ``full`` symmetry; None
-        for a law of one.
-    rest_pressures : q₀ = p₀/p_s, at which the section is straight without moment, (3,); None where that is
-        zero. Both this and the next are of a law that is adjusted to an actuator of one's own, which has no
-        symmetry.
-    quadratic : A₀, lower triangle by rows as of `factor`, (6,), added to L Lᵀ; None for none.
+        for a law of one orientation.
+    rest_pressures : q₀ = p₀/p_s, at which the section is straight without moment, (3,); None for zeros. Only
+        a law adjusted to an individual actuator, which has no symmetry, has this and `quadratic`.
+    quadratic : A₀, lower triangle by rows as in `factor`, (6,), added to L Lᵀ; None for zeros.
 
     Raises
     ------
     ValueError
-        Where the sizes of two arrays disagree, a number is not finite, or the law is larger than the largest.
+        If array sizes disagree, a number is not finite, or the law is too large.
     """
 
     feature_weights: np.ndarray
@@ -66,7 +67,7 @@ class RidgeArrays:
     quadratic: np.ndarray | None = None
 
     def __post_init__(self) -> None:
-        """Keep the arrays as doubles that nobody can write to, and refuse those that do not fit together."""
+        """Store the arrays as read-only doubles, and refuse those that do not fit together."""
         for name in ARRAYS:
             value = getattr(self, name)
             if value is not None:
@@ -81,27 +82,27 @@ class RidgeArrays:
 
     @property
     def features(self) -> int:
-        """How many hidden functions of the pressures there are."""
+        """Number of hidden features, functions of the pressures."""
         return len(self.feature_biases)
 
     @property
     def ridges(self) -> int:
-        """How many ridges an image has."""
+        """Number of ridges of one image."""
         return len(self.offsets)
 
     @property
     def images(self) -> int:
-        """How many images of a state the symmetry makes, the state itself included."""
+        """Number of images of a state under the symmetry, the state itself included."""
         return IMAGES[self.symmetry]
 
     @property
     def is_oriented(self) -> bool:
-        """Whether it is a law of all orientations ψ."""
+        """Whether this is a law of all orientations ψ."""
         return self.orientation_weights is not None
 
     @property
     def is_adjusted(self) -> bool:
-        """Whether it was adjusted to one actuator: its chambers differ."""
+        """Whether the law is adjusted to an individual actuator, whose chambers differ."""
         return self.rest_pressures is not None or self.quadratic is not None
 
     def _check_symmetry(self) -> None:

@@ -1,4 +1,4 @@
-"""Find a calibration, shipped or given, and make a rod of it: compiled, or differentiable."""
+"""Choice of a calibration for a winding layout, and rods from it, compiled or differentiable."""
 
 import math
 from collections.abc import Sequence
@@ -16,32 +16,32 @@ if TYPE_CHECKING:
 
 _SHIPPED = Path(__file__).parents[1] / "calibrations"
 
-# Orientations and pitches that are equal but for the rounding of a change of units are equal [rad, m].
+# Largest difference between equal orientations [rad] and equal pitches [m]: a change of units rounds.
 _SAME = 1e-9
 
 
 class CalibrationNotFoundError(ValueError):
-    """No calibration for a layout: `argument` does not fit, `expected` says in words what there is."""
+    """No calibration for a layout: `argument` does not fit, `expected` lists the available ones."""
 
-    def __init__(self, argument: str, came: str, expected: str) -> None:
+    def __init__(self, argument: str, value: str, expected: str) -> None:
         self.argument = argument
         self.expected = expected
-        super().__init__(f"{argument}: got {came}, expected {expected}")
+        super().__init__(f"{argument}: got {value}, expected {expected}")
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Found:
-    """A calibration, and how its section stands to the one that was asked for.
+    """Calibration that serves a layout, and the relation of the layout's section to the calibrated one.
 
     Attributes
     ----------
-    calibration : that serves.
-    psi : orientation that was asked for [rad].
-    turns : by how many times 120° the section is turned from the calibration's, 0, 1 or 2: its chamber 1 +
-        `turns` is chamber 1 of the calibration.
-    mirrored : whether the section, before that turn, is the mirror image y → −y of the calibration's.
-    domain : the calibration's, its chambers numbered as those of the section.
+    calibration : calibration that serves the layout.
+    psi : requested orientation [rad].
+    turns : turn of the section from the calibrated one in units of 120°, 0, 1 or 2: chamber 1 + `turns` is
+        chamber 1 of the calibration.
+    mirrored : whether the section, before that turn, is the mirror image y → −y of the calibrated one.
+    domain : the calibration's domain, with the chambers numbered as in the section.
     """
 
     calibration: Calibration
@@ -52,36 +52,36 @@ class Found:
 
 
 def shipped_calibrations() -> list[Calibration]:
-    """Calibrations that come with the package."""
+    """Return the calibrations that come with the package."""
     return [read_calibration(file) for file in sorted(_SHIPPED.glob("*.json"))]
 
 
 def load(
     layout: str, psi: float = 0.0, pitch: float = 3e-3, path: str | Path | None = None
 ) -> "rodmodel.rod.Rod":
-    """Make the differentiable rod of a winding layout from its calibration, with JAX.
+    """Return the differentiable rod of a winding layout from its calibration; imports JAX.
 
     A calibration at one ψ serves ψ ± 120°, which only renumbers the chambers, and for the double helix ψ +
-    180°, which is a shift by half a pitch: all multiples of 60° from it. It serves −ψ as well, the section's
-    mirror image, in which chambers 2 and 3 are swapped. Other orientations are taken from a calibration of
-    all of them, where there is one; see `load_oriented`.
+    180°, which is a shift by half a pitch: together, all multiples of 60° from ψ. It serves −ψ as well, the
+    section's mirror image, in which chambers 2 and 3 are swapped. Other orientations need a calibration of
+    all orientations; see `load_oriented`.
 
     Parameters
     ----------
     layout : name of the winding layout, as in "double-helix".
     psi : azimuth ψ of a crossing of the winding from the centre of chamber 1 [rad].
-    pitch : of the winding [m].
-    path : calibration file to take in place of those that ship.
+    pitch : pitch of the winding [m].
+    path : calibration file to use instead of the shipped ones.
 
     Returns
     -------
-    rod : ready to solve.
+    rod : rod of the layout.
 
     Raises
     ------
     ValueError
-        Where there is no such calibration; the message says what there is. Where the file at `path` cannot
-        be used.
+        If no calibration fits, with a message that lists the available ones, or the file at `path` cannot be
+        used.
     """
     found = find(layout, psi, pitch, path)
     from rodmodel.rod import OrientedRod, Rod
@@ -99,9 +99,9 @@ def load(
 def load_core(
     layout: str, psi: float = 0.0, pitch: float = 3e-3, path: str | Path | None = None
 ) -> "rodmodel.core.CoreRod":
-    """Make the compiled rod of a winding layout from its calibration: NumPy in and out, microseconds, no JAX.
+    """Return the compiled rod of a winding layout: NumPy arrays in and out, microseconds a solve, no JAX.
 
-    The arguments and errors are those of `load`, and so is which calibration serves.
+    Arguments, errors and the choice of the calibration are those of `load`.
     """
     found = find(layout, psi, pitch, path)
     from rodmodel.core import CoreRod
@@ -112,23 +112,23 @@ def load_core(
 def load_oriented(
     layout: str, pitch: float = 3e-3, path: str | Path | None = None
 ) -> "rodmodel.rod.OrientedRod":
-    """Make the rods of all orientations ψ of a winding layout, from a calibration of all of them, with JAX.
+    """Return the rods of all orientations ψ of a winding layout, from a calibration of all; imports JAX.
 
     Parameters
     ----------
     layout : name of the winding layout, as in "double-helix".
-    pitch : of the winding [m].
-    path : calibration file to take in place of those that ship.
+    pitch : pitch of the winding [m].
+    path : calibration file to use instead of the shipped ones.
 
     Returns
     -------
-    rods : whose `at_psi` gives the rod of an orientation, differentiable in it.
+    rods : rods of all orientations; `at_psi` returns the rod of one, differentiable by ψ.
 
     Raises
     ------
     ValueError
-        Where there is no such calibration; the message says what there is. Where the file at `path` cannot
-        be used.
+        If no calibration fits, with a message that lists the available ones, or the file at `path` cannot be
+        used.
     """
     known = _known(path)
     calibration = _oriented(_of_layout(known, layout, pitch))
@@ -143,20 +143,20 @@ def load_oriented(
 
 
 def find(layout: str, psi: float, pitch: float, path: str | Path | None = None) -> Found:
-    """Find the calibration that serves a layout; see `load` for which does, and for the errors."""
+    """Find the calibration that serves a layout; see `load` for the choice and the errors."""
     _check(psi, pitch)
     return find_among(_known(path), layout, psi, pitch)
 
 
 def find_among(known: Sequence[Calibration], layout: str, psi: float, pitch: float) -> Found:
-    """Find the one of some calibrations that serves a layout; see `load`."""
+    """Find the calibration that serves a layout among given ones; see `load`."""
     _check(psi, pitch)
     of_layout = _of_layout(known, layout, pitch)
     for calibration in of_layout:
         own = calibration.layout.psi
         if own is None:
             continue
-        # The mirror image of an actuator of one's own is another one.
+        # An individual actuator's law holds for it alone, not for its mirror image.
         for mirrored in (False,) if calibration.law.is_adjusted else (False, True):
             turns = _turns(calibration.layout, -own if mirrored else own, psi)
             if turns is not None:
@@ -199,7 +199,7 @@ def _oriented(calibrations: Sequence[Calibration]) -> Calibration | None:
 
 
 def _renumbered(domain: Domain, turns: int, mirrored: bool) -> Domain:
-    """Domain of the section that is mirrored and then turned."""
+    """Return the domain of the section that is mirrored and then turned."""
     first, second, third = domain.pressure_max
     largest = (first, third, second) if mirrored else (first, second, third)
     # Chamber 1 + turns of the section is chamber 1 of the calibration.
@@ -208,9 +208,9 @@ def _renumbered(domain: Domain, turns: int, mirrored: bool) -> Domain:
 
 
 def _turns(layout: Layout, start: float, psi: float) -> int | None:
-    """Turns by 120° that take the section at an orientation to the orientation ψ; None for none."""
+    """Return the number of turns by 120° from one orientation to ψ; None if no number fits."""
     for turns in range(3):
-        left = math.remainder(psi - start - turns * 2.0 * math.pi / 3.0, 3.0 * layout.symmetry)
-        if abs(left) < _SAME:
+        difference = math.remainder(psi - start - turns * 2.0 * math.pi / 3.0, 3.0 * layout.symmetry)
+        if abs(difference) < _SAME:
             return turns
     return None

@@ -1,7 +1,7 @@
-"""What a number of a calibration file may be: one table, for the reader and for the manual.
+"""Ranges of the numbers in a calibration file, in one table for the reader and the manual.
 
-A file may come from anywhere, and its numbers reach compiled code. The ranges keep out what no actuator has;
-they are no statement about a good calibration.
+A file may come from anywhere, and its numbers reach compiled code. The ranges exclude numbers that no
+actuator has; they say nothing about the quality of a calibration.
 """
 
 from collections.abc import Mapping
@@ -15,25 +15,25 @@ class Range(NamedTuple):
     most: float
     unit: str
     null: bool = False
-    """Whether null may stand in its place."""
+    """Whether null is allowed."""
     optional: bool = False
     """Whether the key may be missing."""
 
     @property
     def expected(self) -> str:
-        """In words, for an error message."""
+        """Range in words, for an error message."""
         unit = f" {self.unit}" if self.unit else ""
         return f"a number from {self.least:g} to {self.most:g}{unit}{' or null' if self.null else ''}"
 
     def holds(self, value: float | int) -> bool:
-        """Whether a number is in the range; NaN is not."""
+        """Return whether a number is in the range; NaN is not."""
         return self.least <= value <= self.most
 
 
 _ANGLE_ERROR = Range(0.0, 10.0, "rad")
 _PRESSURE = Range(1e-3, 1e8, "Pa")
 
-#: By key. `pressure_max_pa` is of each of three numbers.
+#: Ranges by key; that of `pressure_max_pa` holds for each of its three numbers.
 RANGES: Mapping[str, Range] = {
     "layout.psi_rad": Range(-100.0, 100.0, "rad", null=True),
     "layout.pitch_m": Range(1e-6, 1.0, "m"),
@@ -66,7 +66,7 @@ RANGES: Mapping[str, Range] = {
     "error.measured_angle_rad.p90": _ANGLE_ERROR._replace(optional=True),
 }
 
-#: Of adjustment files, which `rodmodel.io.adjustment_file` reads; their layout is as above.
+#: Ranges of adjustment files, which `rodmodel.io.adjustment_file` reads; for their layout, those above.
 ADJUSTMENT_RANGES: Mapping[str, Range] = {
     "wall.radius_m": Range(1e-6, 10.0, "m"),
     "wall.thickness_m": Range(1e-7, 1.0, "m"),
@@ -77,12 +77,12 @@ ADJUSTMENT_RANGES: Mapping[str, Range] = {
     **{f"parameters.wall_variation_{k}": Range(-1.0, 100.0, "") for k in (1, 2, 3)},
 }
 
-#: Of each number of the law's arrays.
+#: Range of each number of the law's arrays.
 ARRAY_NUMBER = Range(-1e9, 1e9, "")
 
 
 def ranges_table(ranges: Mapping[str, Range] = RANGES) -> str:
-    """Table of ranges in Markdown, as the manual has it."""
+    """Return the manual's Markdown table of ranges."""
     rows = ["| key | from | to | unit | |", "|---|---|---|---|---|"]
     arrays = [("each number of the law's arrays", ARRAY_NUMBER)] if ranges is RANGES else []
     for key, range_ in [*ranges.items(), *arrays]:

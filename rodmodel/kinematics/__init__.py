@@ -1,4 +1,4 @@
-"""Rotations, the shape of the rod's axis, and how far it bends."""
+"""Rotations, the shape of the rod's axis, bending angle and bending plane."""
 
 from rodmodel.kinematics._bending import bend as bend
 from rodmodel.kinematics._bending import bending as bending

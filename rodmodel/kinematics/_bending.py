@@ -5,27 +5,28 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-# Of the azimuth of a rod that bends in its plane of symmetry, whose law is solved for by iteration.
+# Rounding of the azimuth in units of the machine epsilon, for a rod that bends in its plane of symmetry: its
+# free curvature comes from an iteration.
 _ROUNDINGS = 4096
-# Sine squared of the tip's slope, below which a rod is straight for the bend's series.
+# sin² of the tip's polar angle below which the bend is computed from its series.
 _FLAT = 1e-8
 
 
 def bending(
     tangents: Float[Array, "n 3"], chord: Float[Array, "3"]
 ) -> tuple[Float[Array, ""], Float[Array, ""]]:
-    """Bending angle θ and bending plane γ of the tip.
+    """Return bending angle θ and bending plane γ of the tip.
 
-    θ is the polar angle of the tip's tangent t from +z, and γ the azimuth opposite to t, so that chamber 1
-    alone, which bends the tip towards −x, has γ = 0. Past 180° t leans back over the base: θ is continued,
-    and γ stays that of the side to which the rod went. Which half turn the tip is in comes from the angle
-    of t in the vertical plane through the chord, counted along the rod; where a rod that is not planar
-    crosses 180°, θ jumps by twice the angle by which t misses −z.
+    θ is the polar angle of the tip's tangent t from +z, and γ the azimuth opposite to t: chamber 1 alone
+    bends the tip towards −x and has γ = 0. Past 180° t leans back over the base: θ is continued, and γ stays
+    on the side to which the rod bent. The half turn of the tip is counted from the angle of t in the vertical
+    plane through the chord, along the rod; where a rod that is not planar crosses 180°, θ jumps by twice the
+    angle by which t misses −z.
 
     Parameters
     ----------
-    tangents : unit vectors along the rod, base (+z) to tip, close enough to turn less than 180° between two.
-    chord : from the base to the end of the body.
+    tangents : unit tangents along the rod, base (+z) to tip, less than 180° between neighbours.
+    chord : vector from the base to the end of the body.
 
     Returns
     -------
@@ -47,24 +48,24 @@ def bending(
     polar = jnp.arctan2(horizontal, z)
     back = half_turns % 2.0 == 1.0
     angle = jnp.pi * half_turns + jnp.where(back, jnp.pi - polar, polar)
-    # Subtracted, not negated: for y = 0 that gives +0, of which the azimuth is +0 or π.
+    # Subtracted, not negated: y = 0 then gives +0, and the azimuth +0 or π.
     ahead_x, ahead_y = jnp.where(back, x, 0.0 - x), jnp.where(back, y, 0.0 - y)
     azimuth = jnp.arctan2(jnp.where(vertical, 0.0, ahead_y), jnp.where(vertical, 1.0, ahead_x))
-    # A few roundings below zero are zero, not a whole turn; the derivative is that of the azimuth.
+    # An azimuth a few roundings below zero becomes zero, not 2π; the derivative stays that of the azimuth.
     rounding = azimuth > -_ROUNDINGS * jnp.finfo(azimuth.dtype).eps
     below = jnp.minimum(jax.lax.stop_gradient(azimuth), 0.0)
     return angle, jnp.where(rounding, azimuth - below, azimuth + 2.0 * jnp.pi)
 
 
 def bend(tangent: Float[Array, "3"], angle: Float[Array, ""]) -> Float[Array, "2"]:
-    """Bending angle as a vector (θ cos γ, θ sin γ) [rad]: smooth also where the rod is straight.
+    """Return the bend vector (θ cos γ, θ sin γ) [rad], which is smooth also where the rod is straight.
 
     θ = arctan(h/t_z), h² = t_x² + t_y², and θ (cos γ, sin γ) is −(t_x, t_y) θ/h.
 
     Parameters
     ----------
-    tangent : t, of the tip.
-    angle : θ as `bending` counts it [rad]; it tells the half turn.
+    tangent : tangent t of the tip.
+    angle : θ from `bending` [rad], which fixes the half turn.
     """
     ahead, up = -tangent[:2], tangent[2]
     size = jnp.sum(ahead**2)
@@ -84,7 +85,7 @@ def bend(tangent: Float[Array, "3"], angle: Float[Array, ""]) -> Float[Array, "2
 
 
 def _half_turns(tangents: Float[Array, "n 3"], chord: Float[Array, "3"]) -> Float[Array, ""]:
-    """Whole half turns of the tangent in the vertical plane of the chord."""
+    """Count the whole half turns of the tangent in the vertical plane through the chord."""
     forward = jax.vmap(jnp.dot, in_axes=(0, None))(tangents[:, :2], chord[:2])
     length = jnp.hypot(chord[0], chord[1])
     forward = forward / jnp.where(length > 0.0, length, 1.0)

@@ -1,10 +1,10 @@
-"""What is known at equally spaced points of the body: its integral, and its values between them."""
+"""Integration and interpolation of values at equally spaced points of the body."""
 
 from functools import cache
 
 import numpy as np
 
-# Of the differences at the ends, from the first on.
+# Gregory's coefficients c₁, c₂, ….
 _FACTORS = (
     1.0 / 12.0,
     1.0 / 24.0,
@@ -15,14 +15,15 @@ _FACTORS = (
     33953.0 / 3628800.0,
     8183.0 / 1036800.0,
 )
+# Points of an interpolating polynomial.
 _WINDOW = 9
 
 
 @cache
 def integral_weights(steps: int) -> np.ndarray:
-    """Weights of the `steps` + 1 points in the integral over the whole body, as a fraction of its length.
+    """Return the weights of `steps` + 1 points in the integral over the body, as fractions of its length.
 
-    Gregory's rule: trapezoids, and differences at the ends, 8 of them or as many as there are steps,
+    Gregory's rule: the trapezoidal rule, corrected by up to 8 finite differences at each end,
 
         ∫ f ≈ h [Σ f − (f₀ + f_n)/2] − h Σ_k c_k (∇ᵏ f_n + (−1)ᵏ Δᵏ f₀)
 
@@ -32,7 +33,7 @@ def integral_weights(steps: int) -> np.ndarray:
     """
     weights = np.ones(steps + 1)
     weights[[0, -1]] -= 0.5
-    difference = np.ones(1)  # (−1)ⁱ (k over i), from the end inwards
+    difference = np.ones(1)  # (−1)ⁱ binomial(k, i), from the end inwards
     for factor in _FACTORS[:steps]:
         difference = np.convolve(difference, [1.0, -1.0])
         weights[: difference.size] -= factor * difference
@@ -42,9 +43,9 @@ def integral_weights(steps: int) -> np.ndarray:
 
 @cache
 def middle_matrix(steps: int) -> np.ndarray:
-    """Matrix from values at the `steps` + 1 points to values in the middle between each two.
+    """Return the matrix from values at `steps` + 1 points to values at the midpoints between them.
 
-    Those of the polynomial through the nine points nearest, or through all where there are fewer.
+    Each is interpolated by the polynomial through the nine nearest points, or all where there are fewer.
     """
     size = min(_WINDOW, steps + 1)
     matrix = np.zeros((steps, steps + 1))

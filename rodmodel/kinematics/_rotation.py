@@ -1,4 +1,4 @@
-"""Rotations and screws. All smooth at zero."""
+"""Rotations and screw motions, all smooth at zero."""
 
 import math
 
@@ -6,45 +6,45 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-# Of A, B and C below x = 1: coefficients of powers of −x, the first one dropped under 1/23! of the leading.
+# Power series of A, B and C in −x, used for x < 1: the first term left out is below 1/23! of the first.
 _SERIES = np.array([[1.0 / math.factorial(2 * n + first) for first in (1, 2, 3)] for n in range(11)])
 
 
 def cross_matrix(v: Float[Array, "3"]) -> Float[Array, "3 3"]:
-    """Matrix v̂ with v̂ w = v × w."""
+    """Return the matrix v̂ with v̂ w = v × w."""
     x, y, z = v
     zero = jnp.zeros_like(x)
     return jnp.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]])
 
 
 def turn_change(rotation: Float[Array, "3 3"], change: Float[Array, "3 3"]) -> Float[Array, "3"]:
-    """Small turn ω of a changed rotation, δR = ω̂ R; in the frame of R it is Rᵀ ω."""
+    """Return the small turn ω of a change δR = ω̂ R of a rotation; in the frame of R it is Rᵀ ω."""
     skew = change @ rotation.T
     skew = 0.5 * (skew - skew.T)
     return jnp.stack([skew[2, 1], skew[0, 2], skew[1, 0]])
 
 
 def rotation_of(turn: Float[Array, "3"]) -> Float[Array, "3 3"]:
-    """Rotation by a rotation vector w [rad], exp ŵ."""
+    """Return the rotation exp ŵ of a rotation vector w [rad]."""
     return screw(turn, jnp.zeros_like(turn))[1]
 
 
 def screw(turn: Float[Array, "3"], shift: Float[Array, "3"]) -> tuple[Float[Array, "3"], Float[Array, "3 3"]]:
-    """Position and frame at the end of a screw motion, exp of (v, ŵ) in SE(3).
+    """Return position and frame at the end of a screw motion, the exponential of (v, ŵ) in SE(3).
 
         R = I + A ŵ + B ŵ²,   r = (I + B ŵ + C ŵ²) v,   x = |w|²
         A = sin√x/√x,   B = (1 − cos√x)/x,   C = (√x − sin√x)/x^(3/2)
 
-    A rod of constant curvature u has come to exp of (s e₃, s û) at the arc length s.
+    The section of a rod of constant curvature u at the arc length s is the exponential of (s e₃, s û).
 
     Parameters
     ----------
-    turn : w [rad].
-    shift : v, of any unit.
+    turn : rotation vector w [rad].
+    shift : v, in any unit.
 
     Returns
     -------
-    position : r, of the shift's unit.
+    position : r, in the unit of the shift.
     rotation : R, directors as columns.
 
     References
@@ -61,7 +61,7 @@ def screw(turn: Float[Array, "3"], shift: Float[Array, "3"]) -> tuple[Float[Arra
 
 
 def _coefficients(x: Float[Array, ""]) -> Float[Array, "3"]:
-    """A, B and C: by their series below x = 1, where the closed forms cancel."""
+    """Compute A, B and C, below x = 1 by their series: there the closed forms cancel."""
     small = x < 1.0
     minus = jnp.where(small, -x, 0.0)
     series = jnp.asarray(_SERIES[-1], x.dtype)

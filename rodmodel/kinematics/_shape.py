@@ -1,4 +1,4 @@
-"""The shape of the body's axis: an arc of constant curvature, or sections at equal distances."""
+"""Shape of the body's axis: an arc of constant curvature, or nodes at equal distances."""
 
 import abc
 from typing import final
@@ -13,34 +13,35 @@ from rodmodel.actuator import Number
 from rodmodel.kinematics._integral import integral_weights
 from rodmodel.kinematics._rotation import screw
 
-# Less than half a turn between two of them, up to eight turns.
+# Samples of an arc: less than half a turn apart, up to eight turns.
 ARC_SAMPLES = 17
 
+# Gauss points of the unit interval.
 _GAUSS = (0.5 - np.sqrt(3.0) / 6.0, 0.5 + np.sqrt(3.0) / 6.0)
 _AXIS = np.array([0.0, 0.0, 1.0])
 
 
 class Shape(eqx.Module):
-    """Pose and curvature along the body, and how to sum over it."""
+    """Pose and curvature along the body, and a quadrature over it."""
 
     length: eqx.AbstractVar[Number]
-    """Of the body [m]."""
+    """Length of the body [m]."""
 
     @abc.abstractmethod
     def pose(self, arc_length: Float[Array, ""]) -> tuple[Float[Array, "3"], Float[Array, "3 3"]]:
-        """Position r(s) [m] and frame R(s), directors as columns, in the frame of the first section."""
+        """Return position r(s) [m] and frame R(s), directors as columns, in the first section's frame."""
 
     @abc.abstractmethod
     def curvature(self, arc_length: Float[Array, ""]) -> Float[Array, "3"]:
-        """Curvature and twist u(s) [1/m], body frame."""
+        """Return curvature and twist u(s) [1/m], body frame."""
 
     @abc.abstractmethod
     def poses(self) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 3"]]:
-        """Positions [m] and frames along the body, base to end, close enough to count the turns."""
+        """Return positions [m] and frames along the body, base to end, less than half a turn apart."""
 
     @abc.abstractmethod
     def samples(self) -> tuple[Float[Array, "n 3"], Float[Array, " n"]]:
-        """Curvatures [1/m] at some sections, and the weights [m] that integrate over the body."""
+        """Return curvatures [1/m] at the points of a quadrature over the body, and its weights [m]."""
 
 
 @final
@@ -71,10 +72,10 @@ class Arc(Shape):
 
 @final
 class Stepped(Shape):
-    """Sections at equal distances, curvature between them Hermite's cubic, and the pose Magnus' expansion.
+    """Nodes at equal distances: Hermite's cubic of the curvature between them, the pose by Magnus' expansion.
 
-    In a part of the body that starts at (r₀, R₀), with κ₁, κ₂ the curvatures at the two Gauss points of the
-    length h up to the section, the pose is (r₀, R₀) exp Ω,
+    A section at the distance h after a node (r₀, R₀), with κ₁, κ₂ the curvatures at the two Gauss points of
+    that length, has the pose (r₀, R₀) exp Ω,
 
         Ω = h (a₁ + a₂)/2 + (√3/12) h² [a₁, a₂],   a = (e₃, κ) in se(3)
 
@@ -82,8 +83,8 @@ class Stepped(Shape):
 
     References
     ----------
-    Iserles, Munthe-Kaas, Nørsett and Zanna (2000), Acta Numerica 9, 215, sec. 5; brackets have the sign of a
-    frame that is multiplied from the right.
+    Iserles, Munthe-Kaas, Nørsett and Zanna (2000), Acta Numerica 9, 215, sec. 5. Brackets have the opposite
+    sign here, as the frame is multiplied from the right.
     """
 
     positions: Float[Array, "nodes 3"]
@@ -92,7 +93,7 @@ class Stepped(Shape):
     node_slopes: Float[Array, "nodes 3"]
     """Derivative of the curvature by s, from the differential equation [1/m²]."""
     node_drifts: Float[Array, "nodes 3"]
-    """What shear adds to r', in the frame of the positions."""
+    """Shear part of r', in the frame of the positions."""
     length: Number
 
     def pose(self, arc_length: Float[Array, ""]) -> tuple[Float[Array, "3"], Float[Array, "3 3"]]:
@@ -124,8 +125,8 @@ class Stepped(Shape):
         return self.positions.shape[0] - 1
 
     def _place(self, s: Float[Array, ""]) -> tuple[Int[Array, ""], Float[Array, ""]]:
-        """Node before a section, and the distance from it [m]."""
-        # A rounding below a node is the node.
+        """Return the node before a section, and the distance from it [m]."""
+        # The factor lifts a section a rounding below a node onto the node.
         part = s / self.length * self._steps * (1.0 + 4.0 * jnp.finfo(s.dtype).eps)
         node = jnp.clip(jnp.floor(part), 0, self._steps).astype(int)
         return node, s - node * (self.length / self._steps)
@@ -134,7 +135,7 @@ class Stepped(Shape):
         return self._between(self.node_curvatures, self.node_slopes, node, distance)
 
     def _drift_up_to(self, node: Int[Array, ""], distance: Float[Array, ""]) -> Float[Array, "3"]:
-        """Integral of the drift from a node on: Simpson's rule, exact for a cubic."""
+        """Integrate the drift over a distance from a node, by Simpson's rule: exact for a cubic."""
         differences = np.gradient(np.eye(self._steps + 1), axis=0, edge_order=2 if self._steps > 1 else 1)
         slopes = jnp.asarray(differences, distance.dtype) @ self.node_drifts * (self._steps / self.length)
         start, middle, end = (
@@ -149,7 +150,7 @@ class Stepped(Shape):
         node: Int[Array, ""],
         distance: Float[Array, ""],
     ) -> Float[Array, "3"]:
-        """Hermite's cubic at a distance after a node, of values at the nodes and their slopes by s."""
+        """Evaluate Hermite's cubic at a distance after a node, from values and slopes by s at the nodes."""
         h = self.length / self._steps
         x, after = distance / h, jnp.minimum(node + 1, self._steps)
         left, right = (1.0 + 2.0 * x) * (1.0 - x) ** 2, x * x * (3.0 - 2.0 * x)

@@ -1,4 +1,4 @@
-"""What a solve is given: made arrays of, and checked."""
+"""Conversion and checks of the inputs of a solve."""
 
 from functools import reduce
 
@@ -8,18 +8,18 @@ from jaxtyping import Array, Bool, Float
 
 from rodmodel.statics import Numbers
 
-# By how much base_rotation may miss a rotation, entry by entry: enough for one rounded to single precision.
+# Largest error of RᵀR − I, entry by entry: a rotation in single precision passes.
 _ORTHOGONAL = 1e-5
 
 
 def all_finite(values: object) -> Bool[Array, ""]:
-    """Whether all numbers of a pytree are finite."""
+    """Return whether all numbers of a pytree are finite."""
     finite = (jnp.all(jnp.isfinite(value)) for value in jax.tree.leaves(values))
     return reduce(jnp.logical_and, finite, jnp.array(True))
 
 
 def is_rotation(matrix: Float[Array, "3 3"] | None) -> Bool[Array, ""]:
-    """Whether a matrix, if there is one, is a rotation."""
+    """Return whether a matrix is a rotation; true for None."""
     if matrix is None:
         return jnp.array(True)
     near = jnp.all(jnp.abs(matrix.T @ matrix - jnp.eye(3, dtype=matrix.dtype)) < _ORTHOGONAL)
@@ -27,7 +27,13 @@ def is_rotation(matrix: Float[Array, "3 3"] | None) -> Bool[Array, ""]:
 
 
 def vector_of(name: str, value: Numbers | None, what: str) -> Float[Array, "3"] | None:
-    """Argument as three numbers of the default precision, or an error that names it; None as it is."""
+    """Return an argument as three numbers of the default precision, or None for None.
+
+    Raises
+    ------
+    ValueError
+        For another value; the message names the argument and `what` it must be.
+    """
     if value is None:
         return None
     try:

@@ -11,21 +11,22 @@ from jaxtyping import Array, Float
 from rodmodel.kinematics import turn_change
 from rodmodel.statics import Solution
 
-_STRAIGHT = 1e-6  # [rad]
+# |bend| below which a rod is straight [rad].
+_STRAIGHT = 1e-6
 
 
 @final
 class PoseDerivative(eqx.Module):
-    """Derivative of the pose by one input of three components, which are the last axis of each array.
+    """Derivative of the pose by one input; its three components are the last axis of each array.
 
     Attributes
     ----------
-    tip_position : of the centre of the cap's outer face [m].
+    tip_position : derivative of the centre of the cap's outer face [m].
     tip_turn : small turn of the cap in the world frame, δR = (turn × R) [rad].
-    bend : (θ cos γ, θ sin γ) [rad].
-    bending_angle, bending_plane : θ and γ [rad]; NaN where the rod is straight, |bend| < 1e-6 rad, as there
-        they have none.
-    positions, turns : of the sections at `arc_lengths`, as for the tip.
+    bend : derivative of (θ cos γ, θ sin γ) [rad].
+    bending_angle, bending_plane : derivatives of θ and γ [rad]; NaN for a straight rod, |bend| < 1e-6 rad,
+        where neither is differentiable.
+    positions, turns : derivatives of the sections at `arc_lengths`, as for the tip.
     """
 
     tip_position: Float[Array, "3 3"]
@@ -39,15 +40,15 @@ class PoseDerivative(eqx.Module):
 
 @final
 class Jacobian(eqx.Module):
-    """Derivatives of the pose of a rod, by input.
+    """Derivatives of the pose of a rod by each input.
 
     Attributes
     ----------
-    pressure : [1/Pa].
-    tip_force : [1/N]: the compliance of the rod at its tip.
-    tip_moment : [1/(N m)].
-    gravity : [s²/m].
-    arc_lengths : of the sections along the rod [m].
+    pressure : derivatives by the pressures [1/Pa].
+    tip_force : derivatives by the tip force [1/N]: the compliance of the rod at its tip.
+    tip_moment : derivatives by the tip moment [1/(N m)].
+    gravity : derivatives by the acceleration [s²/m].
+    arc_lengths : arc lengths of the sections along the rod [m].
     """
 
     pressure: PoseDerivative
@@ -64,9 +65,9 @@ def jacobian_of(
 
     Parameters
     ----------
-    solve : the solution of inputs.
-    inputs : pressure, tip_force, tip_moment and gravity, by their names.
-    arc_lengths : where along the rod to differentiate the pose besides the tip [m].
+    solve : function that returns the solution for inputs.
+    inputs : pressure, tip_force, tip_moment and gravity, by name.
+    arc_lengths : arc lengths of the sections whose poses to differentiate besides the tip's [m].
     """
 
     def pose(inputs: dict[str, Array]) -> tuple[dict[str, Array], tuple[Solution, dict[str, Array]]]:

@@ -1,4 +1,4 @@
-"""Rods of all orientations of a winding, of which ψ is an argument."""
+"""Rods of all orientations ψ of a winding."""
 
 from typing import final
 
@@ -12,14 +12,14 @@ from rodmodel.section import OrientedNetwork
 
 @final
 class OrientedRod(eqx.Module):
-    """Actuators that differ in the orientation ψ of their winding alone; `rodmodel.load_oriented` makes it.
+    """Actuators that differ only in the orientation ψ of their winding; made by `rodmodel.load_oriented`.
 
     Attributes
     ----------
-    section : laws of the sections of all orientations.
-    actuator : lengths and masses.
-    domain : the loads within which the sections were calibrated.
-    angle_error : within which the bending angle of the finite elements is in 90 % of states [rad].
+    section : section laws of all orientations.
+    actuator : dimensions and masses.
+    domain : loads inside which the sections were calibrated.
+    angle_error : bound on the error of the bending angle against finite elements in 90 % of states [rad].
     """
 
     section: OrientedNetwork
@@ -28,9 +28,9 @@ class OrientedRod(eqx.Module):
     angle_error: Number
 
     def at_psi(self, psi: Float[ArrayLike, ""]) -> Rod:
-        """Rod of the winding at an orientation.
+        """Return the rod of the winding at an orientation.
 
-        What the rod predicts can be differentiated by ψ and mapped over it, like a pressure:
+        Predictions can be differentiated by ψ and mapped over it:
         ``jax.grad(lambda psi: rods.at_psi(psi).solve(pressure).bending_angle)``.
 
         Parameters

@@ -1,4 +1,4 @@
-"""Raise where a solve met a problem, outside of what is compiled for it."""
+"""Errors of a solve, raised outside its compiled function."""
 
 from collections.abc import Sequence
 from typing import TypeVar
@@ -13,24 +13,24 @@ T = TypeVar("T")
 
 
 def raise_where(result: T, problems: Bool[Array, " n"], messages: Sequence[str]) -> T:
-    """Return a result, or raise the message of the first of its problems.
+    """Return a result, or raise the message of its first problem.
 
-    Checked outside of the compiled function, where numbers are known: a function that calls back to raise is
-    compiled anew in every process, as JAX keeps none such in its compilation cache.
+    The check is outside the compiled function: JAX does not cache a function that calls back to raise, so
+    every process would compile it anew.
 
     Parameters
     ----------
-    result : what was found.
-    problems : which of the messages are true of it.
-    messages : n of them.
+    result : result of the solve.
+    problems : flags, one for each message.
+    messages : n messages.
 
     Raises
     ------
     RuntimeError
-        At once, or when the function that this is traced into is run.
+        At once; under tracing, when the traced function is run.
     """
     if isinstance(problems, jax.core.Tracer):
         return eqx.branched_error_if(result, jnp.any(problems), jnp.argmax(problems), messages)
     known = np.asarray(problems)
-    # The way through Equinox keeps to its EQX_ON_ERROR.
+    # Raised by Equinox, so that its EQX_ON_ERROR holds.
     return eqx.branched_error_if(result, True, int(np.argmax(known)), messages) if known.any() else result

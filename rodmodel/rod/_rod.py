@@ -1,4 +1,4 @@
-"""The rod: a section law, an actuator's dimensions, and the solve."""
+"""The differentiable rod: a section law, an actuator's dimensions, and the solve."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, final
@@ -37,16 +37,16 @@ if TYPE_CHECKING:
 class Rod(eqx.Module):
     """Soft actuator as an inextensible Cosserat rod with a clamped base and a rigid cap.
 
-    Unless told otherwise, the base is at the origin, the rod along +z at rest, chamber k at azimuth
-    120° (k − 1). `jax.jit`, `jax.vmap` and `jax.grad` work on [`rodmodel.Rod.solve`][]; `rodmodel.load` makes
-    a rod from a calibration.
+    By default the base is at the origin, the rod along +z at rest, chamber k at azimuth 120° (k − 1).
+    `jax.jit`, `jax.vmap` and `jax.grad` work on [`rodmodel.Rod.solve`][]; `rodmodel.load` makes a rod from a
+    calibration.
 
     Attributes
     ----------
-    section : the calibrated law of the section.
-    actuator : lengths and masses.
-    domain : the loads within which the section was calibrated.
-    angle_error : within which the bending angle of the finite elements is in 90 % of states [rad].
+    section : calibrated section law.
+    actuator : dimensions and masses.
+    domain : loads inside which the section was calibrated.
+    angle_error : bound on the error of the bending angle against finite elements in 90 % of states [rad].
     """
 
     section: SectionLaw
@@ -55,7 +55,7 @@ class Rod(eqx.Module):
     angle_error: Number
 
     def __hash__(self) -> int:
-        """Hash of all but the arrays, which have none, so that `jax.jit(rod.solve)` works."""
+        """Hash all but the arrays, which have no hash, so that `jax.jit(rod.solve)` works."""
         return hash((self.actuator, self.domain, self.angle_error))
 
     def solve(
@@ -74,50 +74,50 @@ class Rod(eqx.Module):
         start: Solution | None = None,
         solver: Solver = Adaptive(),  # noqa: B008 (frozen)
     ) -> Solution:
-        """Equilibrium under chamber pressures and loads.
+        """Solve for the equilibrium under chamber pressures and loads.
 
         Without loads the rod is an arc of the free curvature, in closed form. With loads the equations of
-        the rod are integrated and solved by shooting; where it takes that to stay with the rod, the loads
-        grow in proportion from zero. The equilibrium is the stable one that the rod goes to. Where it would
-        snap, or buckle to no side in particular, the solve ends there without convergence; `result` tells
-        why it ended. A load that is not given costs nothing.
+        the rod are integrated and solved by shooting, in load steps where they are needed to stay on the
+        rod's branch. The equilibrium is the stable one that the rod reaches as the loads grow in proportion
+        from zero. If the rod would snap before, or buckle to an undetermined side, the solve ends there
+        without convergence; `result` gives the reason. A load that is not given costs nothing.
 
         Parameters
         ----------
         pressure : gauge pressures of chambers 1, 2 and 3, zero or positive [Pa].
-        tip_force : at the centre of the cap's outer face, world frame, dead [N].
-        tip_moment : on the cap, world frame, dead [N m].
+        tip_force : dead force at the centre of the cap's outer face, world frame [N].
+        tip_moment : dead moment on the cap, world frame [N m].
         gravity : acceleration, world frame [m/s²]: (0, 0, -9.81) for a rod that stands on its base.
-        throw : raise where the pressure is negative, not finite or outside the calibration, a load is not
-            finite, or the solve fails. If false, these are flagged in the solution: under `jax.vmap`, for
-            each row alone. A moment outside the calibration is only ever flagged, by `in_domain`.
-        distributed_force : along the body, world frame, dead [N/m].
-        follower_force : at the centre of the cap's outer face; turns with the cap, in whose frame it is given
-            [N].
-        follower_moment : on the cap; turns with the cap, in whose frame it is given [N m].
-        base_position : of the clamp, world frame [m]; the origin where not given.
-        base_rotation : frame of the clamp, directors as columns, (3, 3); the world's where not given.
-        start : a solution under nearby pressures and loads, tried first: faster where it is near. The
-            equilibrium that Newton's method goes to from there is taken, and may be unstable, which `stable`
-            tells; if there is none, the solve is as without it.
+        throw : raise an error for a pressure that is negative, not finite or outside the calibration, a load
+            that is not finite, or a solve that fails. If false, these are flagged in the solution: under
+            `jax.vmap`, for each row alone. A moment outside the calibration is only flagged, by `in_domain`.
+        distributed_force : dead force along the body, per length, world frame [N/m].
+        follower_force : force at the centre of the cap's outer face, in the frame of the cap, with which it
+            turns [N].
+        follower_moment : moment on the cap, in the frame of the cap, with which it turns [N m].
+        base_position : position of the clamp, world frame [m]; by default the origin.
+        base_rotation : frame of the clamp, directors as columns, (3, 3); by default the world frame.
+        start : solution under nearby pressures and loads, from which Newton's method starts: faster if near.
+            Its equilibrium is accepted and may be unstable, see `stable`; if it finds none, the solve
+            restarts cold.
         solver : [`Adaptive`][], the reference, or [`FixedStep`][], for control.
 
         Returns
         -------
-        solution : the pose and the shape, with flags and an error estimate.
+        solution : pose and shape, with flags and an error estimate.
 
         Raises
         ------
         ValueError
-            Where an argument has not the shape it must have.
+            For an argument of a wrong shape.
         RuntimeError
             See `throw`.
 
         Notes
         -----
         Derivatives are those of the equilibrium, by the implicit function theorem, in forward and reverse
-        mode; second ones, forward over either. With loads, states along the rod are exact to 1e-8 of their
-        range in double precision and 1e-4 in single, and derivatives to 1e-6, with the adaptive solver.
+        mode; second derivatives, forward over either. With loads and the adaptive solver, states along the
+        rod are exact to 1e-8 of their range in double precision and 1e-4 in single, derivatives to 1e-6.
         """
         forces = {"tip_force": tip_force, "follower_force": follower_force}
         moments = {"tip_moment": tip_moment, "follower_moment": follower_moment}
@@ -139,8 +139,8 @@ class Rod(eqx.Module):
         unknowns = 3 if loads.follower_force is None else 6
         if unknown is not None and unknown.shape != (unknowns,):
             raise ValueError(
-                f"start: got a solution with {unknown.shape} unknowns, expected ({unknowns},): one "
-                "that has a follower force where there is one now, and none where there is none"
+                f"start: got a solution with {unknown.shape} unknowns, expected ({unknowns},): both solves "
+                "with a follower force, or both without"
             )
         solution, problems = self._in_arrays()._solve(pressures, loads, position, rotation, unknown, solver)
         return raise_where(solution, problems, self._messages()) if throw else solution
@@ -155,35 +155,33 @@ class Rod(eqx.Module):
         gravity: Numbers | None = None,
         throw: bool = True,
     ) -> "rodmodel.control.Inverse":
-        """Pressures for a wanted bend, or for a wanted position of the tip, with least co-contraction.
+        """Return pressures for a target bend, or a target position of the tip, with least co-contraction.
 
-        Pressures stay within the calibrated domain. One chamber stays without pressure wherever the target
-        can be met so, to 0.1 mm or 1e-3 rad. A target out of reach is answered with the pressures that come
-        nearest to it; `reached` tells, and `distance` how near. Where that is depends on the start: the
-        search is local, from three sides.
+        Pressures stay within the calibrated domain. One chamber has no pressure wherever the target can be
+        met so, to 0.1 mm or 1e-3 rad. For a target out of reach, `reached` is false, the pressures are the
+        nearest that the search found, and `distance` is what remains.
 
         Parameters
         ----------
-        bending_angle, bending_plane : θ, zero or positive, and γ [rad]; both, or else the next.
-        tip_position : of the centre of the cap's outer face, world frame [m].
+        bending_angle, bending_plane : target θ, zero or positive, and γ [rad]; both, or else `tip_position`.
+        tip_position : target of the centre of the cap's outer face, world frame [m].
         tip_force, tip_moment, gravity : dead loads, as in [`rodmodel.Rod.solve`][].
-        throw : raise where an input is not finite, an angle is negative, or the rod has no equilibrium under
-            its loads. If false, these are flagged in the result: under `jax.vmap`, for each row alone. A
-            target out of reach is no error.
+        throw : raise an error for an input that is not finite, a negative angle, or a rod without an
+            equilibrium under its loads. If false, these are flagged in the result. A target out of reach is
+            no error.
 
         Returns
         -------
-        inverse : pressures, whether they reach the target, and the solution at them. Under `jax.vmap` on a
-            CPU, rows are searched one after another, so that none waits for the slowest.
+        inverse : pressures, whether they reach the target, and the solution at these pressures.
 
         Raises
         ------
         ValueError
-            Where an argument has not the shape it must have, or the target is not one of the two.
+            For an argument of a wrong shape, or a target that is neither a bend nor a position.
         RuntimeError
             See `throw`.
         """
-        # Imported late: it is the compiled core that searches.
+        # Imported late: the compiled core does the search.
         from rodmodel.control import inverse_of_rod
 
         return inverse_of_rod(
@@ -203,24 +201,24 @@ class Rod(eqx.Module):
     ) -> tuple[Solution, Jacobian]:
         """Solve, and differentiate the pose by pressures, tip force, tip moment and gravity.
 
-        By the implicit function theorem, through the equilibrium and not through the iterations. A load that
-        is not given is zero.
+        Derivatives are those of the equilibrium, by the implicit function theorem. A load that is not given
+        is zero.
 
         Parameters
         ----------
         pressure, tip_force, tip_moment, gravity, solver, loads : as for [`rodmodel.Rod.solve`][], with
             `throw` false.
-        arc_lengths : where along the rod to differentiate the pose besides the tip [m].
+        arc_lengths : arc lengths of the sections whose poses to differentiate besides the tip's [m].
 
         Returns
         -------
-        solution : flags included: where it has not converged, the derivatives are those of what it reached.
-        jacobian : derivatives.
+        solution : solution with its flags.
+        jacobian : derivatives; if the solve has not converged, those of the equilibrium that it reached.
         """
         given = {"tip_force": tip_force, "tip_moment": tip_moment, "gravity": gravity}
-        none = jnp.zeros(3)
+        zero = jnp.zeros(3)
         inputs = {"pressure": jnp.asarray(pressure, float)}
-        inputs |= {name: none if load is None else jnp.asarray(load, float) for name, load in given.items()}
+        inputs |= {name: zero if load is None else jnp.asarray(load, float) for name, load in given.items()}
         other = {
             name: value if name == "start" else jnp.asarray(value, float) for name, value in loads.items()
         }
@@ -234,7 +232,7 @@ class Rod(eqx.Module):
         return Predictor(self, loads, **options)
 
     def _in_arrays(self) -> "Rod":
-        """The same rod, its numbers in arrays: one compilation serves all rods of one shape."""
+        """Return the rod with its numbers in arrays: rods whose arrays have equal shapes compile once."""
         rod: Rod = jax.tree.map(lambda x: jnp.asarray(x, float) if isinstance(x, float | int) else x, self)
         return rod
 
@@ -242,7 +240,7 @@ class Rod(eqx.Module):
     def _jacobian(
         self, inputs: dict[str, Array], arc_lengths: Float[Array, " s"], other: dict[str, Any], solver: Solver
     ) -> tuple[Solution, Jacobian]:
-        """Solution, and derivatives by each of the inputs."""
+        """Solve, and differentiate by each of the inputs."""
 
         def solve(inputs: dict[str, Any]) -> Solution:
             return self.solve(**inputs, throw=False, solver=solver, **other)
@@ -259,12 +257,12 @@ class Rod(eqx.Module):
         start: Float[Array, " n"] | None,
         solver: Solver,
     ) -> tuple[Solution, Bool[Array, "5"]]:
-        """Solution, and which of the messages are true of it."""
+        """Solve; return the solution, and a flag for each message: whether it applies."""
         good_pressure = jnp.all(jnp.isfinite(pressure) & (pressure >= 0.0))
         good_loads = all_finite(loads)
         good_base = all_finite(base_position) & is_rotation(base_rotation)
         good = good_pressure & good_loads & good_base
-        # A row that cannot be solved is solved for zeros: its NaN would keep the rest of a batch iterating.
+        # A row with bad input is solved for zeros: its NaN would keep the rest of a batch iterating.
         pressure, loads = jax.tree.map(lambda x: jnp.where(good, x, 0.0), (pressure, loads))
         if base_rotation is not None:
             base_rotation = jnp.where(good, base_rotation, jnp.eye(3, dtype=base_rotation.dtype))
@@ -279,8 +277,8 @@ class Rod(eqx.Module):
         shape, reached, push = solve_shape(law, into_base(loads, mount), self.actuator, offset, start, solver)
         volume = self._chamber_volume(pressure, law, shape)
         if push is not None:
-            # Pressures turn the base and move the cap, and the loads do work: so ∂V/∂F is ∂x/∂p of the tip.
-            # m·ω is <R m̂, δR>/2 for δR = R ω̂.
+            # Pressures turn the base and move the cap, where the loads do work; with it ∂V/∂F is the tip's
+            # ∂x/∂p. m·ω is <R m̂, δR>/2 for δR = R ω̂.
             moment = law.moment(shape.samples()[0][0])
             (work,) = by_ends((0.5 * mount @ cross_matrix(moment), push))
             volume = volume + work
@@ -336,13 +334,13 @@ class Rod(eqx.Module):
     def _chamber_volume(
         self, pressure: Float[Array, "3"], law: CurvatureLaw, shape: Shape
     ) -> Float[Array, "3"]:
-        """Volume of the sections [m³], −∂/∂p of their potential at a fixed shape: one derivative for all.
+        """Compute the volume of the sections [m³], −∂/∂p of their potential at a fixed shape.
 
-        The sections of the stiff tip are as free of moments as those of a rod without loads, and over the
-        held length chambers keep what they have at rest.
+        The sections of the stiff tip have the free curvature, and over the held length the chambers keep
+        their volume at rest. One vectorised derivative covers all.
         """
         held = self.actuator.held_length
-        free, none = law.free_curvature, jnp.zeros_like(law.free_curvature)
+        free, zero = law.free_curvature, jnp.zeros_like(law.free_curvature)
         curvatures, weights = shape.samples()
         curvatures = jnp.concatenate([curvatures, free[None]])
         weights = jnp.append(weights, self.actuator.stiff_tip - held)
@@ -352,26 +350,26 @@ class Rod(eqx.Module):
         ) -> Float[Array, ""]:
             return weights @ jax.vmap(self.section.contracted(pressure).energy)(curvatures)
 
-        at_rest = none, jnp.zeros_like(curvatures), jnp.zeros_like(weights).at[0].set(held)
+        at_rest = zero, jnp.zeros_like(curvatures), jnp.zeros_like(weights).at[0].set(held)
         both = jax.tree.map(lambda *rows: jnp.stack(rows), (pressure, curvatures, weights), at_rest)
         return -jnp.sum(jax.vmap(jax.grad(potential))(*both), axis=0)
 
     def _messages(self) -> list[str]:
         limits = (*self.domain.pressure_max, self.domain.pressure_sum_max)
-        # Of a stack of rods, each has its own.
+        # Each rod of a stack has its own limits.
         first, second, third, total = (
             "its largest" if isinstance(p, jax.Array) else f"{p:g}" for p in limits
         )
         flagged = "throw=False flags this in the solution instead"
         return [
             f"pressure: got a negative value or one that is not finite, expected 0 or more Pa; {flagged}",
-            "tip_force, tip_moment or gravity: got a value that is not finite, or another load did, "
-            f"expected finite; {flagged}",
+            "tip_force, tip_moment or gravity: got a value that is not finite, here or in another load, "
+            f"expected finite numbers; {flagged}",
             "base_position or base_rotation: got a value that is not finite or no rotation matrix, "
             f"expected a pose; {flagged}",
             "pressure: got more than the calibration covers, "
             f"expected at most {first}, {second}, {third} Pa in chambers 1, 2, 3 "
             f"and {total} Pa in sum; throw=False extrapolates",
             "solve: no equilibrium was found under the full load, expected a load that the rod can carry; "
-            "throw=False returns the equilibrium at the largest fraction of it that was reached",
+            "throw=False returns the equilibrium at the largest fraction that was reached",
         ]

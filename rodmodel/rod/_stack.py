@@ -1,4 +1,4 @@
-"""Rods of several windings as one, whose arrays have a leading axis: a batch over layouts."""
+"""Stacking of rods of several windings into one batch."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -12,7 +12,7 @@ from rodmodel.section import in_common_form
 
 
 def stack(rods: Sequence[Rod]) -> Rod:
-    """Put rods of different calibrations, windings and dimensions on a leading axis, for `jax.vmap`.
+    """Stack rods of different calibrations, windings and dimensions along a leading axis, for `jax.vmap`.
 
     ``jax.vmap(lambda rod, p: rod.solve(p, throw=False))(stack(rods), pressures)`` solves each with its own
     pressures. `jax.tree.map(lambda x: x[which], stack(rods))` picks rods, one for each entry of `which`, in
@@ -20,17 +20,18 @@ def stack(rods: Sequence[Rod]) -> Rod:
 
     Parameters
     ----------
-    rods : at least one, each of a calibration's law.
+    rods : at least one rod, each with a calibration's law.
 
     Returns
     -------
-    rods : whose `solve` and `jacobian` are for `jax.vmap`; `inverse` and predictors are of one rod. Each
-        solves as it did alone, to rounding; what every one costs is that of the one with the most ridges.
+    rods : stacked rods, for `solve` and `jacobian` under `jax.vmap`; `inverse` and predictors need a single
+        rod. Each gives the solution that it gives alone, to rounding, at the cost of the rod with the most
+        ridges.
 
     Raises
     ------
     ValueError
-        Where there is no rod, or one's law is not of a calibration.
+        For no rods, or a law that is not a calibration's.
     """
     if not rods:
         raise ValueError("rods: got none, expected at least one")
@@ -45,5 +46,5 @@ def stack(rods: Sequence[Rod]) -> Rod:
 
 
 def _with_torque(domain: Domain) -> Domain:
-    """The same domain with its torque in a number."""
+    """Return the domain with its largest torque as a number."""
     return replace(domain, torque_max=domain.moment_axes[2])

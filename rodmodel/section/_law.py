@@ -1,10 +1,31 @@
 """What every section law offers: a potential of curvature and pressure, and its derivatives."""
 
 import abc
+import functools
+from collections.abc import Callable
+from typing import Any
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 from jaxtyping import Array, Float
+
+
+def _compiled(method: Callable[..., Array]) -> Callable[..., Array]:
+    """Compile a law's method once for all laws of one shape.
+
+    The law's numbers, such as its scales, become arrays first: as they are, each would be a constant of the
+    program, which another law could not share.
+    """
+    compiled = eqx.filter_jit(method)
+
+    @functools.wraps(method)
+    def call(law: "SectionLaw", *arguments: Any, **named: Any) -> Array:
+        arrays = jax.tree.map(lambda x: jnp.asarray(x, float) if isinstance(x, float | int) else x, law)
+        found: Array = compiled(arrays, *arguments, **named)
+        return found
+
+    return call
 
 
 class CurvatureLaw(eqx.Module):
@@ -56,7 +77,7 @@ class SectionLaw(eqx.Module):
         """The law at a pressure, its free curvature not looked for: all but that is as `at` gives it."""
         return self.at(pressure)
 
-    @eqx.filter_jit
+    @_compiled
     def potential(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, ""]:
         """Potential Π per length [J/m].
 
@@ -67,7 +88,7 @@ class SectionLaw(eqx.Module):
         """
         return self.contracted(pressure).energy(curvature)
 
-    @eqx.filter_jit
+    @_compiled
     def moment(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, "3"]:
         """Internal moment ∂Π/∂u.
 
@@ -82,7 +103,7 @@ class SectionLaw(eqx.Module):
         """
         return self.contracted(pressure).moment(curvature)
 
-    @eqx.filter_jit
+    @_compiled
     def stiffness(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, "3 3"]:
         """Tangent stiffness ∂²Π/∂u² at constant pressure.
 
@@ -97,7 +118,7 @@ class SectionLaw(eqx.Module):
         """
         return self.contracted(pressure).stiffness(curvature)
 
-    @eqx.filter_jit
+    @_compiled
     def volume(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, "3"]:
         """Chamber volumes per length, −∂Π/∂p.
 
@@ -112,7 +133,7 @@ class SectionLaw(eqx.Module):
         """
         return -jax.jacfwd(self.potential, argnums=1)(curvature, pressure)
 
-    @eqx.filter_jit
+    @_compiled
     def free_curvature(self, pressure: Float[Array, "3"]) -> Float[Array, "3"]:
         """Curvature û(p) at which the moment vanishes.
 

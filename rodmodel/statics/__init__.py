@@ -1,4 +1,4 @@
-"""Equilibrium of the rod: loads, ends, integration along the rod, shooting, stability, sensitivities."""
+"""Statics of the rod: loads, ends, integration along the rod, shooting, stability, sensitivities."""
 
 from rodmodel.actuator import Actuator, Domain
 from rodmodel.statics._as_pytree import register

@@ -1,4 +1,4 @@
-"""Adaptive steps along the rod, of order 8: the reference."""
+"""Integration along the rod by adaptive steps of order 8: the reference."""
 
 from typing import Any
 
@@ -21,19 +21,19 @@ def integrate(
 
     Parameters
     ----------
-    equilibrium : equations.
-    unknown : of the equilibrium.
-    steps : between the sections that come back; those of the integration are its own.
-    tolerance : of one step, relative and absolute, on r/L, R and u L.
+    equilibrium : equations of the rod.
+    unknown : unknowns of the equilibrium, (n,).
+    steps : number of equal parts between the returned sections; the integration chooses its own steps.
+    tolerance : tolerance of one step, relative and absolute, on r/L, R and u L.
 
     Returns
     -------
     nodes : `steps` + 1 sections, equally spaced.
-    resolved : whether the tolerance was kept in 256 steps.
+    resolved : whether 256 steps kept the tolerance.
     """
 
     def rate(fraction: Any, state: State, equilibrium: Equilibrium) -> State:
-        """Rates by s/L, in the section's frame."""
+        """Return the rates by s/L, in the section's frame."""
         force = state.rotation.T @ equilibrium.force(jnp.asarray(fraction, unknown.dtype), unknown)
         turning = equilibrium.turn_rate(force, state.turn)
         return State(equilibrium.direction(force), cross_matrix(state.turn), turning)
@@ -53,5 +53,5 @@ def integrate(
         throw=False,
     )
     nodes: Any = solution.ys
-    kept = solution.result == diffrax.RESULTS.successful
-    return nodes, kept & no_longer_than_the_rod(nodes)
+    successful = solution.result == diffrax.RESULTS.successful
+    return nodes, successful & no_longer_than_the_rod(nodes)

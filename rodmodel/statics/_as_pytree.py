@@ -1,4 +1,4 @@
-"""Plain dataclasses as trees of JAX."""
+"""Registration of plain dataclasses as pytrees of JAX."""
 
 from collections.abc import Iterable
 from dataclasses import fields
@@ -8,19 +8,19 @@ from jax.tree_util import GetAttrKey, register_pytree_with_keys
 
 
 def register(kind: type) -> None:
-    """Let JAX take a frozen dataclass apart and build it again.
+    """Register a frozen dataclass as a pytree whose leaves are its fields.
 
-    JAX builds trees of axes, marks and tangents too, so what its `__post_init__` refuses in a number that
-    somebody gave is not looked for.
+    JAX also builds such trees of axes, sentinels and tangents, so `__post_init__` with its checks of numbers
+    is not called.
     """
     names = tuple(field.name for field in fields(kind))
 
-    def take_apart(whole: Any) -> tuple[list[tuple[GetAttrKey, Any]], None]:
-        return [(GetAttrKey(name), getattr(whole, name)) for name in names], None
+    def flatten(instance: Any) -> tuple[list[tuple[GetAttrKey, Any]], None]:
+        return [(GetAttrKey(name), getattr(instance, name)) for name in names], None
 
-    def build(_: None, values: Iterable[Any]) -> Any:
-        whole: Any = object.__new__(kind)
-        vars(whole).update(zip(names, values, strict=True))
-        return whole
+    def unflatten(_: None, values: Iterable[Any]) -> Any:
+        instance: Any = object.__new__(kind)
+        vars(instance).update(zip(names, values, strict=True))
+        return instance
 
-    register_pytree_with_keys(kind, take_apart, build)
+    register_pytree_with_keys(kind, flatten, unflatten)

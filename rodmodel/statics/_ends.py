@@ -1,17 +1,17 @@
-"""What the ends do besides not bending: the base turns with the pressures, and the cap goes aside.
+"""Effects of the ends: the base turns with the pressures, and the cap is offset from the arc.
 
 At base and cap the closed chambers push on a face that holds the section's shape. The first section tilts by
 an angle proportional to the pressures' moment, Σ_k p_k e_k with e_k the axis about which chamber k bends the
-rod, less what the held section behind it does not bend, a length times û⊥. What is held back is a moment, so
-a section of stiffness K = ∂m/∂u at û turns by K₀ K⁻¹ of that: pressures soften it, and the ends take more. At
-the other end the body straightens before the cap and turns the more in it, so that the cap comes out beside
-where the arc would end, away from the bend, by
+rod, less a length times û⊥ that the held section does not bend. The end withholds a moment, so a section of
+stiffness K = ∂m/∂u at û turns by K₀ K⁻¹ of that: where pressures soften the section, the ends turn more. At
+the other end the body straightens before the cap and turns more inside it. The cap is therefore offset from
+the end of the arc, away from the bend, by
 
     a e₃ × û⊥ / (κ₀² + |û⊥|²)^½
 
-with û the free curvature and û⊥ its part that bends. All is preset by the pressures: against loads the ends
-are as compliant as the rest. So are the ends of the full finite-element actuator, to whose runs the numbers
-in [`rodmodel.Actuator`][] are fitted.
+with û the free curvature and û⊥ its bending part. Both effects depend on the pressures alone: against loads
+the ends are as compliant as the rest. So are the ends of the full finite-element actuator, to whose runs the
+numbers in [`rodmodel.Actuator`][] are fitted.
 """
 
 import jax.numpy as jnp
@@ -27,12 +27,13 @@ _ACROSS = np.array([1.0, 1.0, 0.0])
 
 
 def base_turn(actuator: Actuator, pressure: Float[Array, "3"], law: CurvatureLaw) -> Float[Array, "3"]:
-    """Rotation vector of the first section, frame of the clamp [rad].
+    """Return the rotation vector of the first section, frame of the clamp [rad].
 
     Parameters
     ----------
-    actuator, pressure : of the rod.
-    law : at that pressure.
+    actuator : dimensions and numbers of the ends.
+    pressure : gauge pressures [Pa].
+    law : section law at these pressures.
     """
     across = jnp.asarray(_ACROSS, pressure.dtype)
     moment = pressure @ jnp.asarray(_BENDING_AXES, pressure.dtype)
@@ -42,7 +43,7 @@ def base_turn(actuator: Actuator, pressure: Float[Array, "3"], law: CurvatureLaw
 
 
 def tip_offset(actuator: Actuator, free_curvature: Float[Array, "3"]) -> Float[Array, "3"]:
-    """How far the cap lies beside the body's end, in the frame of that end [m]."""
+    """Return the offset of the cap from the body's end, in the frame of that end [m]."""
     x, y, _ = free_curvature
     size = actuator.tip_offset / jnp.sqrt(actuator.tip_offset_curvature**2 + x * x + y * y)
     return size * jnp.stack([-y, x, jnp.zeros_like(x)])
@@ -54,5 +55,5 @@ def cap_centre(
     end: Float[Array, "3"],
     rotation: Float[Array, "3 3"],
 ) -> Float[Array, "3"]:
-    """Centre of the cap's outer face [m], from the pose of the body's end and the cap's offset from it."""
+    """Return the centre of the cap's outer face [m], from the pose of the body's end and the cap's offset."""
     return end + actuator.tip_length * rotation[:, 2] + rotation @ offset

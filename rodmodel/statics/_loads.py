@@ -1,4 +1,4 @@
-"""Loads on the rod, and what of them enters its equations."""
+"""Loads on the rod, and their resultants in its equations."""
 
 from typing import NamedTuple, final
 
@@ -13,16 +13,16 @@ Vector = Float[Array, "3"]
 
 @final
 class Loads(eqx.Module):
-    """Loads in the frame of the base. What is None is absent.
+    """Loads in the frame of the base; None for a load that is absent.
 
     Attributes
     ----------
-    tip_force : dead, at the centre of the cap's outer face [N].
-    tip_moment : dead, on the cap [N m].
+    tip_force : dead force at the centre of the cap's outer face [N].
+    tip_moment : dead moment on the cap [N m].
     gravity : acceleration [m/s²].
-    distributed_force : dead, along the body [N/m].
-    follower_force : at the centre of the cap's outer face, in the frame of the cap [N].
-    follower_moment : on the cap, in its frame [N m].
+    distributed_force : dead force along the body, per length [N/m].
+    follower_force : force at the centre of the cap's outer face, in the frame of the cap [N].
+    follower_moment : moment on the cap, in its frame [N m].
     """
 
     tip_force: Vector | None = None
@@ -34,12 +34,12 @@ class Loads(eqx.Module):
 
 
 class Resultants(NamedTuple):
-    """What acts on the end of the body, and what it gains towards the base.
+    """Resultants of the loads at the end of the body, and of those along it.
 
     The force on a section is `end_force` + (1 − s/L) `body_force`, plus the follower force in the base
-    frame; the moment at the end of the body is `end_moment` + d₃ × `lever` + R `follower_moment`, plus d₃ ×
-    the follower force times the length of the cap; where the cap lies aside, by R o, also R o × `cap_force`
-    and R o × the follower force.
+    frame. The moment at the end of the body is `end_moment` + d₃ × `lever` + R `follower_moment`, plus d₃ ×
+    the follower force times the length of the cap. An offset R o of the cap adds R o × `cap_force` and R o ×
+    the follower force.
     """
 
     end_force: Vector
@@ -55,18 +55,18 @@ class Resultants(NamedTuple):
     follower_moment: Vector
     """[N m], frame of the cap."""
     follower_force: Vector | None
-    """[N], frame of the cap; None where there is none, and three unknowns less."""
+    """[N], frame of the cap; None if absent, with three unknowns fewer."""
 
 
 def resultants(loads: Loads, actuator: Actuator, dtype: jnp.dtype) -> Resultants:
-    """Sum the loads up."""
+    """Sum up the loads."""
 
-    def given(load: Vector | None) -> Vector:
+    def or_zero(load: Vector | None) -> Vector:
         return jnp.zeros(3, dtype) if load is None else load
 
-    force, gravity = given(loads.tip_force), given(loads.gravity)
+    force, gravity = or_zero(loads.tip_force), or_zero(loads.gravity)
     stiff, cap = actuator.stiff_tip, actuator.cap_mass * gravity
-    per_length = actuator.mass_per_length * gravity + given(loads.distributed_force)
+    per_length = actuator.mass_per_length * gravity + or_zero(loads.distributed_force)
     return Resultants(
         end_force=force + cap + stiff * per_length,
         cap_force=force + cap,
@@ -74,14 +74,14 @@ def resultants(loads: Loads, actuator: Actuator, dtype: jnp.dtype) -> Resultants
         lever=actuator.tip_length * force
         + (stiff + 0.5 * actuator.cap_length) * cap
         + 0.5 * stiff**2 * per_length,
-        end_moment=given(loads.tip_moment),
-        follower_moment=given(loads.follower_moment),
+        end_moment=or_zero(loads.tip_moment),
+        follower_moment=or_zero(loads.follower_moment),
         follower_force=loads.follower_force,
     )
 
 
 def into_base(loads: Loads, rotation: Float[Array, "3 3"]) -> Loads:
-    """Loads in the world frame, as seen from a base; follower loads are in the frame of the cap."""
+    """Turn loads from the world frame into that of a base; follower loads stay in the frame of the cap."""
 
     def turned(load: Vector | None) -> Vector | None:
         return None if load is None else rotation.T @ load

@@ -1,4 +1,4 @@
-"""A Runge-Kutta method of diffrax made one of Munthe-Kaas: for the frame of a rod it steps on SE(3)."""
+"""Runge-Kutta-Munthe-Kaas methods on SE(3), for the frame of a rod, from the methods of diffrax."""
 
 from collections.abc import Callable
 from typing import Any, ClassVar, final
@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 from rodmodel.kinematics import cross_matrix, screw
 from rodmodel.statics._equilibrium import State
 
-# Of ad_Θ⁰, ad_Θ¹, ad_Θ², …: Bernoulli numbers over factorials, enough for order 8.
+# Series of the inverse differential of exp in ad_Θ⁰, ad_Θ¹, …: Bernoulli numbers over factorials, to order 8.
 _DEXPINV = (1.0, 0.5, 1.0 / 12.0, 0.0, -1.0 / 720.0, 0.0, 1.0 / 30240.0)
 
 
@@ -23,9 +23,9 @@ class MuntheKaas(diffrax.AbstractSolver):
 
         Θ' = a + ½ [Θ, a] + (1/12) [Θ, [Θ, a]] − …,   a = (v, ω)
 
-    which the given method solves from Θ = 0 along with u. Where a is constant Θ is linear, so that a rod of
-    constant curvature is exact in one step, whatever its length. Error estimate and dense output are those
-    of the method, in Θ and u.
+    which the given method solves from Θ = 0 along with u. For constant a, Θ is linear: one step is exact for
+    a rod of constant curvature, whatever its length. Error estimate and dense output are those of the method,
+    in Θ and u.
 
     Attributes
     ----------
@@ -33,7 +33,8 @@ class MuntheKaas(diffrax.AbstractSolver):
 
     References
     ----------
-    Munthe-Kaas (1998), BIT 38, 92; brackets have the sign of a frame that is multiplied from the right.
+    Munthe-Kaas (1998), BIT 38, 92. Brackets have the opposite sign here, as the frame is multiplied from the
+    right.
     """
 
     method: diffrax.AbstractERK = diffrax.Dopri8()
@@ -42,7 +43,7 @@ class MuntheKaas(diffrax.AbstractSolver):
 
     @property
     def interpolation_cls(self) -> Callable[..., "_Dense"]:  # type: ignore[override]
-        """Dense output."""
+        """Constructor of the dense output."""
         return lambda *, t0, t1, base, inner: _Dense(
             t0, t1, base, self.method.interpolation_cls(t0=t0, t1=t1, **inner)
         )
@@ -52,13 +53,13 @@ class MuntheKaas(diffrax.AbstractSolver):
         return self.method.order(terms)
 
     def init(self, terms: Any, t0: Any, t1: Any, y0: State, args: Any) -> None:
-        """Nothing is carried from step to step: each has a chart of its own."""
+        """Return no state: every step has its own chart."""
         del terms, t0, t1, y0, args
 
     def step(
         self, terms: Any, t0: Any, t1: Any, y0: State, args: Any, solver_state: None, made_jump: Any
     ) -> tuple[State, State, dict[str, Any], None, diffrax.RESULTS]:
-        """One step."""
+        """Take one step."""
         del solver_state, made_jump
 
         def rate(t: Any, z: Array, args: Any) -> Array:
@@ -74,7 +75,7 @@ class MuntheKaas(diffrax.AbstractSolver):
         return _from_chart(y0, end), estimate, {"base": y0, "inner": inner}, None, result
 
     def func(self, terms: Any, t0: Any, y0: State, args: Any) -> State:
-        """Vector field."""
+        """Evaluate the vector field."""
         rate: State = terms.vf(t0, y0, args)
         return rate
 
@@ -92,7 +93,7 @@ class _Dense(diffrax.AbstractLocalInterpolation):
 
 
 def _from_chart(base: State, z: Float[Array, "9"]) -> State:
-    """State of a logarithm Θ and of u."""
+    """Return the state of a logarithm Θ and u."""
     shift, rotation = screw(z[3:6], z[:3])
     return State(base.position + base.rotation @ shift, base.rotation @ rotation, z[6:])
 
@@ -100,7 +101,7 @@ def _from_chart(base: State, z: Float[Array, "9"]) -> State:
 def _dexpinv(
     v: Float[Array, "3"], w: Float[Array, "3"], shift: Float[Array, "3"], turn: Float[Array, "3"]
 ) -> tuple[Array, Array]:
-    """Θ' of a motion (shift, turn); Θ = (v, w)."""
+    """Return Θ' of a motion (shift, turn), with Θ = (v, w)."""
     shifts, turns = shift, turn
     for factor in _DEXPINV[1:]:
         shift, turn = jnp.cross(w, shift) + jnp.cross(v, turn), jnp.cross(w, turn)

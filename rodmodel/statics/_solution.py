@@ -1,4 +1,4 @@
-"""What a solve returns: the pose, the shape, and how far to trust them."""
+"""Solution of a rod: pose, shape, flags and error estimate."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, final
@@ -14,68 +14,68 @@ from rodmodel.statics._shooting import DIVERGED, TOO_MANY_SHOTS, UNRESOLVED, UNS
 
 
 class RESULTS(eqx.Enumeration):
-    """How a solve ended."""
+    """Result of a solve."""
 
-    successful = "the equilibrium under the whole load was found"
-    bad_input = "a pressure was negative, an input not finite, or base_rotation no rotation"
-    unstable = "the rod would snap, or buckle to no side in particular, before the whole load is on it"
-    not_converged = "Newton's method found no equilibrium that the rod could have gone to"
-    unresolved = "the rod turns too sharply for the steps along it: more of them, or Adaptive, may do"
-    too_many_shots = "the bound on integrations from base to end was met before the whole load was on the rod"
+    successful = "the equilibrium under the full load was found"
+    bad_input = "a pressure is negative, an input is not finite, or base_rotation is no rotation"
+    unstable = "the rod would snap, or buckle to an undetermined side, before it carries the full load"
+    not_converged = "Newton's method found no equilibrium on the branch that the rod follows from rest"
+    unresolved = "the rod bends too sharply for the steps along it; take more steps, or Adaptive"
+    too_many_shots = "the limit on integrations from base to end was met before the full load was reached"
 
 
 def result_of(reached: Reached) -> RESULTS:
-    """How a solve of good input ended."""
-    # An enumeration's members are of its type, which a type checker does not see.
+    """Return the result of a solve with valid input."""
+    # Any, as type checkers take the members for strings.
     names: Any = RESULTS
-    ended = names.successful
+    result = names.successful
     for outcome, name in (
         (DIVERGED, names.not_converged),
         (UNSTABLE, names.unstable),
         (UNRESOLVED, names.unresolved),
         (TOO_MANY_SHOTS, names.too_many_shots),
     ):
-        ended = RESULTS.where(reached.outcome == outcome, name, ended)
-    return ended
+        result = RESULTS.where(reached.outcome == outcome, name, result)
+    return result
 
 
 Numbers = ArrayLike | Sequence[float | int]
-"""Numbers as they come: an array of JAX or NumPy, or a list."""
+"""Input of numbers: an array of JAX or NumPy, or a list."""
 
 
 @final
 class Solution(eqx.Module):
     """Equilibrium of the rod, in the world frame.
 
-    Where a pressure was negative or an input not finite, every number is NaN and both flags are false. Under
-    `jax.vmap` each of the attributes has a leading axis; call the methods under `jax.vmap` too.
+    If a pressure was negative or an input not finite, every number is NaN and both flags are false. Under
+    `jax.vmap` each attribute has a leading axis; call the methods under `jax.vmap` too.
 
     Attributes
     ----------
     tip_position : centre of the cap's outer face [m].
     tip_rotation : frame of the cap, directors as columns.
     bending_angle : angle θ of the tip's tangent from +z, continued past 180° [rad].
-    bending_plane : azimuth γ in [0, 2π) [rad]; 0 where chamber 1 alone would bend the rod, 2π/3 for chamber
-        2. Zero for a straight rod.
+    bending_plane : azimuth γ in [0, 2π) [rad]: 0 if chamber 1 alone bends the rod, 2π/3 for chamber 2. Zero
+        for a straight rod.
     bend : (θ cos γ, θ sin γ) [rad], smooth where the rod is straight and γ is not.
-    chamber_volume : of each chamber, over the length of the body [m³]: −∂/∂p of the rod's energy at constant
-        loads, what the loads do on the ends that the pressures move included.
-    converged : whether the full load was reached. Where not, all is at `stats["load_fraction"]` of it.
-    result : how the solve ended, one of [`RESULTS`][]; `converged` is that it was `successful`.
-    stable : whether the second variation of the energy is positive here. Follower loads and moments have no
-        energy; then, whether the loads have passed no branching of equilibria.
-    in_domain : whether the pressures, and the moment everywhere on the body, are those of the calibration.
-    error_estimate : within which θ of the finite elements is in 90 % of states [rad]; NaN outside the domain.
-        Of the full actuator where the calibration knows of it, and of the cell elsewhere; see
-        [`rodmodel.Calibration.angle_error`][]. It says nothing of what the finite elements leave out.
-    stats : `load_fraction` reached, `load_steps` that it took, and `shots`: integrations from base to end.
-    shape : of the body's axis in the frame of the first section, for the methods.
-    unknown : what the shooting solved for, u L at the base and after it, where there is a follower force,
-        that force in the frame of the first section [N]: a start for the next solve.
-    base_position, base_rotation : where the base is; None for the origin, along +z.
+    chamber_volume : volume of each chamber over the length of the body [m³]: −∂/∂p of the rod's energy at
+        constant loads, with the work of the loads on the ends that the pressures move.
+    converged : whether the full load was reached. If not, everything is at `stats["load_fraction"]` of it.
+    result : result of the solve, one of [`RESULTS`][]; `converged` means `successful`.
+    stable : whether the second variation of the energy is positive. Follower loads and moments have no
+        energy; then, whether the loads have passed no bifurcation.
+    in_domain : whether the pressures, and the moment everywhere on the body, are in the calibrated domain.
+    error_estimate : bound on the error of θ against finite elements in 90 % of states [rad]; NaN outside the
+        domain. It refers to the full actuator if the calibration has its error, else to the cell; see
+        [`rodmodel.Calibration.angle_error`][]. It excludes the errors of the finite elements themselves.
+    stats : `load_fraction` reached, number of `load_steps`, and `shots`: integrations from base to end.
+    shape : shape of the body's axis in the frame of the first section, for the methods.
+    unknown : solution of the shooting, a start for the next solve: u L at the base, then the follower force,
+        if there is one, in the frame of the first section [N].
+    base_position, base_rotation : pose of the base; None for the origin, along +z.
     mount : frame of the first section in that of the base.
-    tip_offset : how far the cap lies beside the end of the shape, in its frame [m].
-    tip_length : of the straight part behind the shape, the cap in it [m].
+    tip_offset : offset of the cap from the end of the shape, in its frame [m].
+    tip_length : length of the straight part beyond the shape, cap included [m].
     """
 
     tip_position: Float[Array, "3"]
@@ -99,13 +99,13 @@ class Solution(eqx.Module):
     tip_length: Number
 
     def centreline(self, arc_length: Numbers) -> Float[Array, "*s 3"]:
-        """Position r(s) of the axis.
+        """Return the position r(s) of the axis.
 
-        Where the cap lies aside of the arc, the axis goes there over the whole length of the body.
+        The offset of the cap is spread over the whole length of the body.
 
         Parameters
         ----------
-        arc_length : s [m], any shape, from 0 at the base to the cap's outer face; NaN comes back for others.
+        arc_length : s [m], any shape, from 0 at the base to the cap's outer face; others give NaN.
 
         Returns
         -------
@@ -114,11 +114,11 @@ class Solution(eqx.Module):
         return self._along(Solution._position, arc_length)
 
     def frames(self, arc_length: Numbers) -> Float[Array, "*s 3 3"]:
-        """Frame R(s). The cap has that of the body's end.
+        """Return the frame R(s); the cap has the frame of the body's end.
 
         Parameters
         ----------
-        arc_length : s [m], any shape, from 0 at the base to the cap's outer face; NaN comes back for others.
+        arc_length : s [m], any shape, from 0 at the base to the cap's outer face; others give NaN.
 
         Returns
         -------
@@ -127,11 +127,11 @@ class Solution(eqx.Module):
         return self._along(Solution._rotation, arc_length)
 
     def curvature(self, arc_length: Numbers) -> Float[Array, "*s 3"]:
-        """Curvature and twist u(s); zero in the cap, which is rigid.
+        """Return curvature and twist u(s); zero in the cap, which is rigid.
 
         Parameters
         ----------
-        arc_length : s [m], any shape, from 0 at the base to the cap's outer face; NaN comes back for others.
+        arc_length : s [m], any shape, from 0 at the base to the cap's outer face; others give NaN.
 
         Returns
         -------
@@ -142,7 +142,7 @@ class Solution(eqx.Module):
     def _position(self, s: Float[Array, ""]) -> Float[Array, "3"]:
         body = self._in_shape(s)
         position, rotation = self.shape.pose(body)
-        # Straight on behind the shape.
+        # Beyond the shape the axis is straight.
         position = position + (s - body) * rotation[:, 2]
         position = self.mount @ (position + self._share_of_offset(body) * rotation @ self.tip_offset)
         if self.base_rotation is not None:
@@ -159,13 +159,13 @@ class Solution(eqx.Module):
         return jnp.where(s == body, curvature, jnp.zeros_like(curvature))
 
     def _in_shape(self, s: Float[Array, ""]) -> Float[Array, ""]:
-        """The arc length of the shape that is nearest to s."""
+        """Return the arc length of the shape that is nearest to s."""
         return jnp.clip(s, 0.0, self.shape.length)
 
     def _share_of_offset(self, s: Float[Array, ""]) -> Float[Array, ""]:
-        """How much of its offset to the cap the axis has: all at the end of the shape.
+        """Return the share of the cap's offset that the axis has at s, 1 at the end of the shape.
 
-        So goes the beam that bends least whose end moves aside without a turn.
+        A beam whose end is displaced sideways without a turn deflects in this way.
         """
         x = s / self.shape.length
         return x * x * (3.0 - 2.0 * x)
@@ -177,7 +177,7 @@ class Solution(eqx.Module):
     def _evaluate(
         self, quantity: Callable[["Solution", Float[Array, ""]], Array], s: Float[Array, "*s"]
     ) -> Array:
-        """Evaluate at each arc length; NaN outside the rod, a rounding of its length left aside."""
+        """Evaluate a quantity at each arc length; NaN outside the rod, up to a rounding of its length."""
         values = jax.vmap(lambda s: quantity(self, s))(s.ravel())
         end = (self.shape.length + self.tip_length) * (1.0 + 4.0 * jnp.finfo(s.dtype).eps)
         inside = ((s >= 0.0) & (s <= end)).reshape((-1,) + (1,) * (values.ndim - 1))

@@ -1,4 +1,4 @@
-"""Results as text, JSON and pictures. The functions of pictures import matplotlib, late."""
+"""Results as text, JSON and pictures. Only the pictures import matplotlib, at their first use."""
 
 from typing import TYPE_CHECKING, Any
 

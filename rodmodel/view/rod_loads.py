@@ -1,4 +1,4 @@
-"""Arrows of the loads on a rod, as a picture shows them: in the world frame, lengths in mm."""
+"""Arrows for the loads in a picture of a rod: in the world frame, lengths in mm."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -8,12 +8,14 @@ import numpy as np
 from rodmodel.view.rod_shape import Pose
 
 FORCE_COLOUR, MOMENT_COLOUR, GRAVITY_COLOUR = "#c0392b", "#7d3c98", "#444444"
-# Lengths of the arrows as parts of the rod's.
-_LONGEST, _SHORTEST, _ALONG, _GRAVITY = 0.33, 0.14, 0.18, 0.25
+# Lengths of the arrows over the rod's: of tip loads, of a distributed force, and of gravity.
+_LONGEST, _SHORTEST = 0.33, 0.14
+_ALONG = 0.18
+_GRAVITY = 0.25
 
 
 class Arrow(NamedTuple):
-    """A load's arrow with its value; two heads are a moment's, and its label is beyond its free end."""
+    """Arrow of a load with its value, which stands beyond the free end. A moment's arrow has two heads."""
 
     tail: np.ndarray
     head: np.ndarray
@@ -24,23 +26,23 @@ class Arrow(NamedTuple):
 
     @property
     def free_end(self) -> np.ndarray:
-        """Where no body is."""
+        """End that does not touch the body."""
         return self.head if self.free_head else self.tail
 
     @property
     def outward(self) -> np.ndarray:
-        """From the other end to the free one."""
+        """Vector from the other end to the free one."""
         return np.asarray(self.head - self.tail if self.free_head else self.tail - self.head)
 
 
 def arrows_of(given: Mapping[str, Any], pose: Pose, beside: np.ndarray) -> list[Arrow]:
-    """Arrows of the loads that are not zero.
+    """Return the arrows of the loads that are not zero.
 
     Parameters
     ----------
-    given : loads in SI, by their names in `Rod.solve`; None stands for none.
-    pose : of the rod that carries them.
-    beside : where gravity's arrow stands [mm].
+    given : loads in SI, by their names in `Rod.solve`; None for an absent load.
+    pose : pose of the rod that carries them.
+    beside : centre of gravity's arrow [mm].
     """
     cap = pose.frames[-1]
     turned = {"tip": np.eye(3), "follower": cap}
@@ -82,17 +84,17 @@ def _load(given: Mapping[str, Any], name: str, turn: np.ndarray) -> np.ndarray:
     return np.zeros(3) if load is None else turn @ np.asarray(load, float)
 
 
-def _at_tip(pose: Pose, way: np.ndarray, colour: str, text: str, heads: int) -> Arrow:
-    """Away from the cap's outer face, or onto it where the load pushes: never through the body."""
+def _at_tip(pose: Pose, vector: np.ndarray, colour: str, text: str, heads: int) -> Arrow:
+    """Return an arrow that leaves the cap's outer face, or ends on it if the load pushes."""
     outward = pose.frames[-1, :, 2]
     tip = pose.centre[-1] + 0.08 * pose.radius * outward
-    if way @ outward >= 0.0:
-        return Arrow(tip, tip + way, colour, text, heads, free_head=True)
-    return Arrow(tip - way, tip, colour, text, heads)
+    if vector @ outward >= 0.0:
+        return Arrow(tip, tip + vector, colour, text, heads, free_head=True)
+    return Arrow(tip - vector, tip, colour, text, heads)
 
 
-def _across(way: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """Unit vector along the part of `way` square to the axis; zero where there is none."""
-    part = way - (way @ axis) * axis
+def _across(vector: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """Return the unit vector along the part of `vector` normal to the axis; zero if it has none."""
+    part = vector - (vector @ axis) * axis
     size = np.linalg.norm(part)
-    return np.asarray(part / size) if size > 1e-9 * np.linalg.norm(way) else np.zeros(3)
+    return np.asarray(part / size) if size > 1e-9 * np.linalg.norm(vector) else np.zeros(3)

@@ -1,4 +1,4 @@
-"""Picture of bent rods: section, in space, and from the side in the bending plane. Lengths in mm."""
+"""Picture of bent rods: section, view in space, and side view of the bending plane. Lengths in mm."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -16,19 +16,20 @@ from rodmodel.view.rod_loads import Arrow, arrows_of
 from rodmodel.view.rod_shape import CAP, CHAMBER_HALF_WIDTH, SILICONE, Bent, Pose, pose_of, skin, tints
 from rodmodel.view.scene import Camera, Faces, arrow, disc, paint, plate, rod
 
+# Width and height of the figure [inches].
 _SIZE = (13.0, 6.6)
-# Left, bottom, width, height, as parts of the figure.
+# Axes: left, bottom, width and height over those of the figure.
 _SECTION, _LIST = (0.015, 0.55, 0.20, 0.34), (0.015, 0.04, 0.20, 0.46)
 _SPACE, _SIDE = (0.225, 0.04, 0.33, 0.85), (0.60, 0.10, 0.385, 0.79)
 _AXES_COLOURS = {"x": "#d62728", "y": "#2ca02c", "z": "#1f77b4"}
 _PLATE = "#b8b8b8"
 _POINTS_PER_INCH = 72.0
-# Beside what is drawn, in points: for the edges, and for labels of loads.
-_MARGIN, _LABEL_ROOM = np.array([20.0, 26.0]), np.array([110.0, 30.0])
+# Space around the drawing [points], on each side, and in all for the labels of loads.
+_MARGIN, _LABEL_SPACE = np.array([20.0, 26.0]), np.array([110.0, 30.0])
 
 
 class _Base(NamedTuple):
-    """Where the clamp is, and to where the last pose bends."""
+    """Pose of the clamp, and the direction to which the last pose bends."""
 
     position: np.ndarray
     rotation: np.ndarray
@@ -42,21 +43,21 @@ def plot_rod(
     file: str | Path,
     given: Mapping[str, Any] | None = None,
 ) -> None:
-    """Draw one or several poses of a rod, the tube with its true diameter, and write the picture.
+    """Draw one or several poses of a rod, the tube to scale, and write the picture.
 
     Parameters
     ----------
-    poses : gauge pressures of the three chambers [Pa] and the solution, of `CoreRod.solve` or of `Rod.solve`,
-        for each pose. The side view is in the bending plane of the last one; in space, that one is solid and
-        the others are their axes and caps.
+    poses : gauge pressures of the three chambers [Pa] and the solution, of `CoreRod.solve` or `Rod.solve`,
+        for each pose. The side view shows the bending plane of the last pose. In space the last one is solid;
+        the others are drawn as axes and caps.
     actuator : dimensions.
     file : picture to write; its suffix is the format.
-    given : loads and base under which all were solved, by their names in `Rod.solve`, SI; drawn as arrows.
+    given : loads and base of all solutions, by their names in `Rod.solve`, SI; drawn as arrows.
 
     Raises
     ------
     OSError
-        Where the file cannot be written.
+        If the file cannot be written.
     ValueError
         For no poses, and for a solution of bad input, which has no shape.
     """
@@ -66,7 +67,7 @@ def plot_rod(
     largest = max(float(np.max(pressure)) for pressure, _ in poses) or 1.0
     drawn = [pose_of(pressure, largest, solution, actuator) for pressure, solution in poses]
     base = _base(loads, drawn[-1])
-    # On the side that the rod bends away from.
+    # Gravity's arrow stands on the side that the rod bends away from.
     beside = base.position + drawn[-1].radius * (4.0 * base.rotation[:, 2] - 3.4 * base.ahead)
     arrows = arrows_of(loads, drawn[-1], beside)
     figure = Figure(figsize=_SIZE)
@@ -107,7 +108,7 @@ def _title(poses: list[Pose]) -> str:
 
 
 def _draw_section(axes: Axes, poses: list[Pose]) -> None:
-    """The chambers seen from the tip, in their colours, with their pressures."""
+    """Draw the chambers as seen from the tip, in their colours, with their pressures."""
     axes.add_patch(Circle((0.0, 0.0), 1.0, facecolor=SILICONE, edgecolor="black", linewidth=0.8))
     axes.add_patch(Circle((0.0, 0.0), 0.17, facecolor="white", edgecolor="black", linewidth=0.8))
     pressures = np.array([pose.pressure_kpa for pose in poses])
@@ -117,12 +118,12 @@ def _draw_section(axes: Axes, poses: list[Pose]) -> None:
         sector = Wedge((0.0, 0.0), 0.83, azimuth - half, azimuth + half, width=0.41)
         sector.set(facecolor=colour, edgecolor="black", linewidth=0.8)
         axes.add_patch(sector)
-        way = np.array([np.cos(np.radians(azimuth)), np.sin(np.radians(azimuth))])
-        axes.text(0.625 * way[0], 0.625 * way[1], str(chamber + 1), ha="center", va="center", fontsize=11)
+        x, y = 0.625 * np.cos(np.radians(azimuth)), 0.625 * np.sin(np.radians(azimuth))
+        axes.text(x, y, str(chamber + 1), ha="center", va="center", fontsize=11)
         low, high = pressures[:, chamber].min(), pressures[:, chamber].max()
         value = f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
         side = "left" if chamber == 0 else "center"
-        x, y = (1.08, 0.0) if chamber == 0 else (-0.55, 1.24 * np.sign(way[1]))
+        x, y = (1.08, 0.0) if chamber == 0 else (-0.55, 1.24 * np.sign(y))
         axes.text(x, y, f"{value} kPa", ha=side, va="center", fontsize=9)
     axes.set(xlim=(-1.25, 2.35), ylim=(-1.5, 1.5), aspect="equal", title="chambers, seen from the tip")
     axes.title.set_fontsize(9)
@@ -130,7 +131,7 @@ def _draw_section(axes: Axes, poses: list[Pose]) -> None:
 
 
 def _write_list(axes: Axes, poses: list[Pose]) -> None:
-    """Pressures, angles and planes of several poses by their numbers."""
+    """Write the numbered list of the poses' pressures, angles and planes."""
     axes.axis("off")
     if len(poses) == 1:
         return
@@ -144,7 +145,7 @@ def _write_list(axes: Axes, poses: list[Pose]) -> None:
 
 
 def _draw_in_space(axes: Axes, poses: list[Pose], base: _Base, arrows: list[Arrow]) -> None:
-    # The eye stands to the same side of the bending plane, wherever that is.
+    # The camera looks from a fixed angle to the bending plane.
     x, y, _ = -base.ahead
     azimuth = np.arctan2(y, x) - np.radians(40.0)
     elevation = np.radians(20.0)
@@ -161,7 +162,7 @@ def _draw_in_space(axes: Axes, poses: list[Pose], base: _Base, arrows: list[Arro
     for load in arrows:
         parts.append(arrow(load.tail, load.head, 0.1 * last.radius, load.colour, load.heads))
     faces = Faces.joined(parts)
-    points = camera.seen(faces.corners).reshape(-1, 2)
+    points = camera.project(faces.corners).reshape(-1, 2)
     per_point = _fit(axes, points, _SPACE, bool(arrows))
     paint(axes, camera, faces, 0.35 * camera.right + 0.72 * camera.up + 0.6 * camera.eye)
     axes.axis("off")
@@ -181,7 +182,7 @@ def _draw_from_side(axes: Axes, poses: list[Pose], base: _Base, arrows: list[Arr
             corners = np.concatenate([left[part], right[part][::-1]])
             axes.add_patch(Polygon(corners, facecolor=colour, alpha=0.5, linewidth=0.0))
             axes.add_patch(Polygon(corners, fill=False, edgecolor="black", linewidth=0.7))
-        centre = camera.seen(pose.centre - base.position)
+        centre = camera.project(pose.centre - base.position)
         axes.plot(*centre.T, color="black", linewidth=0.7, linestyle=(0, (8, 3, 2, 3)))
         across = np.linspace(0.0, 1.0, 12)[:, None, None]
         drawn.append(((1.0 - across) * left + across * right).reshape(-1, 2))
@@ -191,7 +192,7 @@ def _draw_from_side(axes: Axes, poses: list[Pose], base: _Base, arrows: list[Arr
         faces = Faces.joined(solids)
         faces = faces._replace(corners=faces.corners - base.position)
         paint(axes, camera, faces, camera.up + 0.8 * camera.eye, zorder=3.0)
-        drawn.append(camera.seen(faces.corners).reshape(-1, 2))
+        drawn.append(camera.project(faces.corners).reshape(-1, 2))
     low = 1.6 * last.radius
     axes.add_patch(
         Rectangle(
@@ -213,30 +214,30 @@ def _draw_from_side(axes: Axes, poses: list[Pose], base: _Base, arrows: list[Arr
     axes.set_axisbelow(True)
 
 
-def _fit(axes: Axes, points: np.ndarray, place: tuple[float, ...], labelled: bool) -> float:
-    """Set limits to hold the points and what is beside them; data per typographic point."""
-    extent = _POINTS_PER_INCH * np.array([place[2] * _SIZE[0], place[3] * _SIZE[1]])
+def _fit(axes: Axes, points: np.ndarray, bounds: tuple[float, ...], labelled: bool) -> float:
+    """Set limits that hold the points, margins and labels; return the data length of a typographic point."""
+    extent = _POINTS_PER_INCH * np.array([bounds[2] * _SIZE[0], bounds[3] * _SIZE[1]])
     low, high = points.min(axis=0), points.max(axis=0)
-    room = 2.0 * _MARGIN + (_LABEL_ROOM if labelled else 0.0)
-    per_point = float(np.max((high - low) / (extent - room)))
+    space = 2.0 * _MARGIN + (_LABEL_SPACE if labelled else 0.0)
+    per_point = float(np.max((high - low) / (extent - space)))
     middle, half = 0.5 * (low + high), 0.5 * per_point * extent
     axes.set(xlim=(middle[0] - half[0], middle[0] + half[0]), ylim=(middle[1] - half[1], middle[1] + half[1]))
     return per_point
 
 
 def _draw_triad(axes: Axes, camera: Camera, base: _Base, per_point: float) -> np.ndarray:
-    """Axes of the base frame in the lower left corner, and a scale bar; points that they take."""
+    """Draw the axes of the base frame and a scale bar; return points that they cover."""
     corner = np.array([axes.get_xlim()[0], axes.get_ylim()[0]])
     origin, length = corner + per_point * np.array([34.0, 40.0]), 24.0 * per_point
-    taken = [origin]
+    covered = [origin]
     for number, (name, colour) in enumerate(_AXES_COLOURS.items()):
-        way = camera.seen(base.rotation[:, number])
+        direction = camera.project(base.rotation[:, number])
         style = {"arrowstyle": "-|>", "color": colour, "lw": 1.3, "shrinkA": 0.0, "shrinkB": 0.0}
-        axes.annotate("", xy=tuple(origin + length * way), xytext=tuple(origin), arrowprops=style)
-        place = origin + (length + 7.0 * per_point) * way
-        axes.text(place[0], place[1], name, color=colour, ha="center", va="center", fontsize=9)
-        taken += [*np.linspace(origin, place, 8)]
-    # The roundest length of about a third of the picture's width.
+        axes.annotate("", xy=tuple(origin + length * direction), xytext=tuple(origin), arrowprops=style)
+        end = origin + (length + 7.0 * per_point) * direction
+        axes.text(end[0], end[1], name, color=colour, ha="center", va="center", fontsize=9)
+        covered += [*np.linspace(origin, end, 8)]
+    # 1, 2 or 5 times a power of ten, at most a hundred points long.
     decade = 10.0 ** np.floor(np.log10(100.0 * per_point))
     bar = decade * max(step for step in (1.0, 2.0, 5.0) if step * decade <= 100.0 * per_point)
     start = np.array([axes.get_xlim()[1] - bar - 12.0 * per_point, corner[1] + 14.0 * per_point])
@@ -244,8 +245,8 @@ def _draw_triad(axes: Axes, camera: Camera, base: _Base, per_point: float) -> np
     axes.text(
         start[0] + 0.5 * bar, start[1] + 4.0 * per_point, f"{bar:g} mm", ha="center", va="bottom", fontsize=8
     )
-    taken += [*np.linspace(start, start + np.array([bar, 10.0 * per_point]), 12)]
-    return np.array(taken)
+    covered += [*np.linspace(start, start + np.array([bar, 10.0 * per_point]), 12)]
+    return np.array(covered)
 
 
 def _load_labels(arrows: list[Arrow], camera: Camera) -> list[Label]:
@@ -253,26 +254,26 @@ def _load_labels(arrows: list[Arrow], camera: Camera) -> list[Label]:
     for load in arrows:
         if load.text:
             labels.append(
-                Label(camera.seen(load.free_end), camera.seen(load.outward), load.text, load.colour)
+                Label(camera.project(load.free_end), camera.project(load.outward), load.text, load.colour)
             )
     return labels
 
 
 def _tip_labels(poses: list[Pose], camera: Camera) -> list[Label]:
-    """Numbers of the poses, where there are several."""
+    """Return the numbers of several poses as labels; none for a single pose."""
     if len(poses) == 1:
         return []
     return [
-        Label(camera.seen(pose.centre[-1]), camera.seen(pose.frames[-1, :, 2]), str(number), size=10.0)
+        Label(camera.project(pose.centre[-1]), camera.project(pose.frames[-1, :, 2]), str(number), size=10.0)
         for number, pose in enumerate(poses, 1)
     ]
 
 
 def _outline(pose: Pose, base: _Base, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
-    """Both sides of the tube as the camera sees them: (n, 2) each."""
-    centre = camera.seen(pose.centre - base.position)
+    """Return both sides of the tube in the picture, (n, 2) each."""
+    centre = camera.project(pose.centre - base.position)
     tangent = np.gradient(centre, axis=0)
-    # The cap, and a tangent towards the eye, have no direction of their own.
+    # A tangent towards the eye has length zero in the picture.
     normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
     normal *= pose.radius / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
     return centre + normal, centre - normal

@@ -1,4 +1,4 @@
-"""What a picture of a bent rod shows of a solution: its axis, frames and colours. Lengths in mm."""
+"""Pose of a rod for its picture: axis, frames and colours. Lengths in mm."""
 
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
@@ -11,16 +11,17 @@ from rodmodel.view.text import STRAIGHT
 
 SILICONE, CAP = "#dcd8cf", "#8f8b84"
 CHAMBER_COLOURS = ("#0072b2", "#e69f00", "#009e73")
-# A chamber reaches this far from its middle: 60 degrees less half a partition wall.
+# Half the angle of a chamber: 60 degrees less half a partition wall.
 CHAMBER_HALF_WIDTH = np.radians(50.0)
+# Stations along the rod, and faces around it.
 _RINGS, _FACETS = 67, 48
-# A chamber without pressure has a little of its colour, to be told from the others.
+# Depth of a chamber's colour without pressure and with the least; it is 1 at the largest pressure.
 _EMPTY, _LOADED = 0.22, 0.45
 
 
 @runtime_checkable
 class Bent(Protocol):
-    """What is drawn of a solution, of the compiled rod or of the differentiable one."""
+    """Part of a solution that is drawn, of the compiled or the differentiable rod."""
 
     @property
     def bending_angle(self) -> Any:
@@ -36,21 +37,21 @@ class Bent(Protocol):
 
     @property
     def error_estimate(self) -> Any:
-        """Of θ [rad]; NaN outside the calibration."""
+        """Error bound of θ [rad]; NaN outside the calibration."""
 
     @property
     def converged(self) -> Any:
-        """Whether the whole load is on the rod."""
+        """Whether the rod carries the full load."""
 
     @property
     def stats(self) -> Any:
-        """With `load_fraction`, the part of the load that is."""
+        """Mapping with `load_fraction`, the fraction of the load that was reached."""
 
     def centreline(self, arc_length: Any) -> Any:
-        """Positions at arc lengths [m], (n, 3)."""
+        """Return positions at arc lengths [m], (n, 3)."""
 
     def frames(self, arc_length: Any) -> Any:
-        """Frames at arc lengths, directors as columns, (n, 3, 3)."""
+        """Return frames at arc lengths, directors as columns, (n, 3, 3)."""
 
 
 class Pose(NamedTuple):
@@ -64,42 +65,42 @@ class Pose(NamedTuple):
     shade: np.ndarray
     angle_deg: float
     plane: float
-    """γ [rad]; zero for a straight rod, which has none."""
+    """γ [rad]; zero for a straight rod."""
     straight: bool
     tip: np.ndarray
     error_deg: float
-    """NaN where it is not known."""
+    """NaN if unknown."""
     load_fraction: float
 
     @property
     def plane_deg(self) -> str:
-        """γ for people."""
-        # Not 360.0 for a rounding below zero.
+        """γ as text."""
+        # The modulus keeps a rounding below zero from reading 360.0.
         return "–" if self.straight else f"{np.degrees(self.plane) % 359.95:.1f}°"
 
     @property
     def length(self) -> float:
-        """From base to the cap's outer face [mm]."""
+        """Length from base to the cap's outer face [mm]."""
         return float(np.linalg.norm(np.diff(self.centre, axis=0), axis=1).sum())
 
     def behind(self, station: int) -> "Pose":
-        """The part of the rod from a station on."""
+        """Return the part of the rod from a station on."""
         return self._replace(
             centre=self.centre[station:], frames=self.frames[station:], in_cap=self.in_cap[station:]
         )
 
     def moved(self, by: np.ndarray) -> "Pose":
-        """The rod elsewhere, its tip's coordinates as they were [mm]."""
+        """Return the rod moved by a vector [mm], with the label of its tip unchanged."""
         return self._replace(centre=self.centre + by)
 
     @property
     def pressures(self) -> str:
-        """Of the chambers, for people."""
+        """Pressures of the chambers as text."""
         return " / ".join(f"{p:.4g}" for p in self.pressure_kpa) + " kPa"
 
 
 def pose_of(pressure: np.ndarray, largest: float, solution: Bent, actuator: Actuator) -> Pose:
-    """Take over what is drawn; a ValueError for a solution of bad input, which has no shape."""
+    """Return the pose of a solution; raise a ValueError for a solution of bad input, which has no shape."""
     if not np.all(np.isfinite(solution.tip_position)):
         raise ValueError(
             "poses: got a solution without a shape, of bad input, expected one whose tip position is known"
@@ -124,19 +125,19 @@ def pose_of(pressure: np.ndarray, largest: float, solution: Bent, actuator: Actu
 
 
 def skin(pose: Pose) -> Faces:
-    """The tube with its true diameter, each chamber in the colour of its pressure."""
+    """Return the tube to scale, each chamber in the colour of its pressure."""
     middle = 2.0 * np.pi * (np.arange(_FACETS) + 0.5) / _FACETS
     around = np.tile(to_rgb(SILICONE), (_FACETS, 1))
     for chamber, colour in enumerate(tints(pose.shade)):
-        away = np.angle(np.exp(1j * (middle - 2.0 * np.pi / 3.0 * chamber)))
-        around[np.abs(away) < CHAMBER_HALF_WIDTH] = colour
+        offset = np.angle(np.exp(1j * (middle - 2.0 * np.pi / 3.0 * chamber)))
+        around[np.abs(offset) < CHAMBER_HALF_WIDTH] = colour
     colours = np.repeat(around[None], len(pose.in_cap), axis=0)
     colours[pose.in_cap] = to_rgb(CAP)
     return tube(pose.centre, pose.frames, pose.radius, colours)
 
 
 def tints(shade: np.ndarray) -> np.ndarray:
-    """Colours of the chambers (3, 3): the deeper, the more pressure; next to the silicone's without."""
+    """Return colours of the chambers, (3, 3): deeper for more pressure, near the silicone's for none."""
     depth = np.where(shade > 0.0, _LOADED + (1.0 - _LOADED) * shade, _EMPTY)[:, None]
     full = np.array([to_rgb(colour) for colour in CHAMBER_COLOURS])
     return np.asarray((1.0 - depth) * np.array(to_rgb(SILICONE)) + depth * full)

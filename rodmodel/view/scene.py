@@ -1,7 +1,7 @@
-"""Solid bodies in an orthographic picture: faces turned to the eye, shaded, the farthest drawn first.
+"""Solid bodies in an orthographic picture: shaded front faces, drawn from the farthest (painter's algorithm).
 
-One collection holds the faces of all bodies, so that they hide each other rightly. That needs small faces and
-bodies that do not run through each other. Lengths in mm.
+One collection holds the faces of all bodies, so that they hide each other correctly. This needs small faces
+and bodies that do not intersect. Lengths in mm.
 """
 
 from collections.abc import Sequence
@@ -13,7 +13,9 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 
+# Faces around a bar, an arrow or a disc.
 _AROUND = 16
+# Brightness of a face that the light does not reach.
 _AMBIENT = 0.62
 
 
@@ -26,14 +28,14 @@ class Camera(NamedTuple):
 
     @staticmethod
     def towards(eye: Sequence[float] | np.ndarray, up: Sequence[float] | np.ndarray) -> "Camera":
-        """View from a direction, with another one upright."""
+        """Return the camera that looks from `eye`, with `up` upright in the picture."""
         back = np.asarray(eye, float) / np.linalg.norm(eye)
         right = np.cross(np.asarray(up, float), back)
         right /= np.linalg.norm(right)
         return Camera(right, np.cross(back, right), back)
 
-    def seen(self, points: np.ndarray) -> np.ndarray:
-        """Place in the picture, (..., 2), of points (..., 3)."""
+    def project(self, points: np.ndarray) -> np.ndarray:
+        """Return coordinates in the picture, (..., 2), of points, (..., 3)."""
         return np.stack([points @ self.right, points @ self.up], axis=-1)
 
 
@@ -45,18 +47,18 @@ class Faces(NamedTuple):
 
     @staticmethod
     def joined(parts: list["Faces"]) -> "Faces":
-        """The faces of several bodies."""
+        """Return the faces of several bodies together."""
         return Faces(np.concatenate([p.corners for p in parts]), np.concatenate([p.colours for p in parts]))
 
 
 def tube(centre: np.ndarray, frames: np.ndarray, radius: float | np.ndarray, colours: np.ndarray) -> Faces:
-    """Skin about a curve, and the disc at its end.
+    """Return a tube along a curve, and the disc at its end.
 
     Parameters
     ----------
     centre, frames : stations (n, 3), and frames (n, 3, 3), directors as columns, the third along the tube.
-    radius : of the tube, or at each station [mm].
-    colours : of the faces from station to station and around, (n − 1, around, 3).
+    radius : radius of the tube, one or one per station [mm].
+    colours : colours of the faces between stations and around, (n − 1, around, 3).
     """
     around = colours.shape[1]
     azimuth = np.linspace(0.0, 2.0 * np.pi, around + 1)
@@ -73,30 +75,30 @@ def tube(centre: np.ndarray, frames: np.ndarray, radius: float | np.ndarray, col
 
 
 def rod(points: np.ndarray, radius: float, colour: str) -> Faces:
-    """Thin round bar along a curve (n, 3)."""
-    frames = np.stack([frame_along(way) for way in np.gradient(points, axis=0)])
+    """Return a thin round bar along a curve, (n, 3)."""
+    frames = np.stack([frame_along(tangent) for tangent in np.gradient(points, axis=0)])
     return tube(points, frames, radius, _plain(len(points), colour))
 
 
 def arrow(tail: np.ndarray, head: np.ndarray, radius: float, colour: str, heads: int = 1) -> Faces:
-    """Arrow with round shaft; two heads, one behind the other, for a moment."""
-    way = head - tail
-    length = float(np.linalg.norm(way))
+    """Return an arrow with a round shaft and one or two heads, one behind the other."""
+    axis = head - tail
+    length = float(np.linalg.norm(axis))
     point = min(5.0 * radius, 0.45 * length / heads)
     shaft = np.linspace(0.0, length - heads * point, 8)
-    places, radii = [*shaft], [radius] * len(shaft)
+    stations, radii = [*shaft], [radius] * len(shaft)
     for cone in range(heads):
         start = length - (heads - cone) * point
-        places += [*np.linspace(start, start + point, 5)]
+        stations += [*np.linspace(start, start + point, 5)]
         radii += [*np.linspace(2.6 * radius, 0.02 * radius, 5)]
-    centre = tail + np.array(places)[:, None] * way / length
-    frames = np.repeat(frame_along(way)[None], len(centre), axis=0)
+    centre = tail + np.array(stations)[:, None] * axis / length
+    frames = np.repeat(frame_along(axis)[None], len(centre), axis=0)
     sides = tube(centre, frames, np.array(radii), _plain(len(centre), colour))
-    return Faces.joined([sides, disc(tail, -way, radius, colour)])
+    return Faces.joined([sides, disc(tail, -axis, radius, colour)])
 
 
 def disc(centre: np.ndarray, normal: np.ndarray, radius: float, colour: str) -> Faces:
-    """Round disc, seen from where its normal points."""
+    """Return a round disc that faces along its normal."""
     azimuth = np.linspace(0.0, 2.0 * np.pi, _AROUND + 1)
     frame = frame_along(normal)
     ring = centre + radius * (np.cos(azimuth)[:, None] * frame[:, 0] + np.sin(azimuth)[:, None] * frame[:, 1])
@@ -107,7 +109,7 @@ def disc(centre: np.ndarray, normal: np.ndarray, radius: float, colour: str) -> 
 
 
 def plate(centre: np.ndarray, frame: np.ndarray, radii: tuple[float, float], colour: str) -> Faces:
-    """Ring-shaped plate behind `centre`, square to the frame's third director; for a clamp."""
+    """Return a ring-shaped plate behind `centre`, normal to the frame's third director, as a clamp."""
     inner, outer = radii
     depth = 0.3 * outer * frame[:, 2]
     azimuth = np.linspace(0.0, 2.0 * np.pi, 4 * _AROUND + 1)
@@ -124,7 +126,7 @@ def plate(centre: np.ndarray, frame: np.ndarray, radii: tuple[float, float], col
 
 
 def paint(axes: Axes, camera: Camera, faces: Faces, light: np.ndarray, zorder: float = 2.0) -> None:
-    """Draw faces as the eye sees them."""
+    """Draw the faces that the camera sees."""
     corners, colours = faces
     normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     size = np.linalg.norm(normal, axis=1)
@@ -138,7 +140,7 @@ def paint(axes: Axes, camera: Camera, faces: Faces, light: np.ndarray, zorder: f
     # Edges of the faces' own colour close the seams that antialiasing leaves.
     axes.add_collection(
         PolyCollection(
-            list(camera.seen(corners)[order]),
+            list(camera.project(corners)[order]),
             facecolors=shaded[order],
             edgecolors="face",
             linewidths=0.3,
@@ -147,9 +149,9 @@ def paint(axes: Axes, camera: Camera, faces: Faces, light: np.ndarray, zorder: f
     )
 
 
-def frame_along(way: np.ndarray) -> np.ndarray:
-    """Some frame, directors as columns, whose third director is along `way`."""
-    third = way / np.linalg.norm(way)
+def frame_along(axis: np.ndarray) -> np.ndarray:
+    """Return a frame, directors as columns, whose third director is along `axis`."""
+    third = axis / np.linalg.norm(axis)
     first = np.cross(np.eye(3)[np.argmin(np.abs(third))], third)
     first /= np.linalg.norm(first)
     return np.stack([first, np.cross(third, first), third], axis=1)

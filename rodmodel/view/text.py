@@ -1,4 +1,4 @@
-"""Results for people and files: millimetres, kilopascals and degrees, as the names say."""
+"""Results as text and JSON, in the units that their names say: mm, kPa, degrees."""
 
 import math
 from typing import TYPE_CHECKING, Any
@@ -9,14 +9,14 @@ if TYPE_CHECKING:
     import rodmodel.control
     import rodmodel.core
 
-#: Less bent, a rod is straight: its plane is that of roundings [rad].
+#: Bending angle below which a rod is straight [rad]: roundings decide its plane.
 STRAIGHT = 1e-6
-# The farthest bend is looked for in so wide sectors of planes.
+# Width of the sectors of bending planes whose farthest bends are listed.
 _PLANE_STEP_DEG = 15
 
 
 def prediction_record(solution: "rodmodel.core.CoreSolution") -> dict[str, Any]:
-    """Prediction as a JSON object; what is not known, or has no value, is null."""
+    """Return a prediction as a JSON object; numbers that are unknown or undefined are null."""
     return {
         "bending_angle_deg": _degrees(solution.bending_angle),
         "bending_plane_deg": None if _is_straight(solution) else _degrees(solution.bending_plane),
@@ -25,7 +25,7 @@ def prediction_record(solution: "rodmodel.core.CoreSolution") -> dict[str, Any]:
         "converged": bool(solution.converged),
         "in_domain": bool(solution.in_domain),
         "error_estimate": {"bending_angle_deg": _degrees(solution.error_estimate)},
-        # The only one that section laws know: their domains end before walls snap.
+        # Section laws know the loading branch alone: their domains end before walls snap.
         "branch": "loading" if solution.in_domain else None,
         "stable": bool(solution.stable),
         "result": solution.result.name,
@@ -34,10 +34,10 @@ def prediction_record(solution: "rodmodel.core.CoreSolution") -> dict[str, Any]:
 
 
 def prediction_text(record: dict[str, Any]) -> str:
-    """Prediction for people, of its record."""
+    """Return the text of a prediction's record."""
     angle, plane = _row([record["bending_angle_deg"]]), _row([record["bending_plane_deg"]])
     if record["bending_angle_deg"] is not None and record["bending_plane_deg"] is None:
-        plane = f"{'–':>10s}"  # of a straight rod
+        plane = f"{'–':>10s}"  # the rod is straight
     error = record["error_estimate"]["bending_angle_deg"]
     if error is None:
         trust = "the moment in the rod is beyond the calibration: an extrapolation"
@@ -58,13 +58,13 @@ def prediction_text(record: dict[str, Any]) -> str:
 
 
 def inverse_record(found: "rodmodel.control.Inverse", is_bend: bool) -> dict[str, Any]:
-    """Pressures, how near they come, and the prediction for them, as a JSON object."""
+    """Return the pressures, the remaining distance and the prediction of an inverse as a JSON object."""
     distance = float(found.distance)
-    left = {"distance_deg": math.degrees(distance)} if is_bend else {"distance_mm": 1e3 * distance}
+    remaining = {"distance_deg": math.degrees(distance)} if is_bend else {"distance_mm": 1e3 * distance}
     return {
         "pressure_kpa": [_number(p) for p in 1e-3 * np.asarray(found.pressure)],
         "reached": bool(found.reached),
-        **{name: _number(value) for name, value in left.items()},
+        **{name: _number(value) for name, value in remaining.items()},
         "nearest": bool(found.nearest),
         **prediction_record(found.solution),
         "converged": bool(found.converged),
@@ -72,14 +72,14 @@ def inverse_record(found: "rodmodel.control.Inverse", is_bend: bool) -> dict[str
 
 
 def inverse_text(record: dict[str, Any]) -> str:
-    """Pressures and the prediction for them, for people, of their record."""
+    """Return the text of an inverse's record: pressures and the prediction for them."""
     return "\n".join(
         [f"pressures        {_row(record['pressure_kpa'])} kPa", prediction_text(record)],
     )
 
 
 def workspace_record(space: "rodmodel.control.Workspace") -> dict[str, Any]:
-    """What a rod reaches, and the samples, as a JSON object; samples without an equilibrium are left out."""
+    """Return a workspace as a JSON object; samples without an equilibrium are left out."""
     good = space.converged
     angle = np.degrees(space.bending_angle[good])
     plane = np.degrees(space.bending_plane[good])
@@ -115,7 +115,7 @@ def workspace_record(space: "rodmodel.control.Workspace") -> dict[str, Any]:
 
 
 def workspace_text(record: dict[str, Any]) -> str:
-    """What a rod reaches, for people, of its record."""
+    """Return the text of a workspace's record."""
     lines = [
         f"samples          {record['samples']:10d}   "
         f"({record['in_domain']} with moments inside the calibration)",

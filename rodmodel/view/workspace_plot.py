@@ -1,4 +1,4 @@
-"""Picture of what a rod can reach: where its tip gets to, and which chambers bend it to which side."""
+"""Picture of a workspace: tip positions, and the map of bending angle and plane by chamber pressures."""
 
 from pathlib import Path
 
@@ -18,6 +18,7 @@ from rodmodel.control import Workspace
 from rodmodel.io import atomic_part
 from rodmodel.view.rod_shape import CHAMBER_COLOURS
 
+# Steps between lines of equal pressure, and between circles of equal angle.
 _LINES_KPA = 10.0
 _CIRCLE_DEG = 30.0
 
@@ -28,7 +29,7 @@ def plot_workspace(space: Workspace, actuator: Actuator, file: str | Path) -> No
     Raises
     ------
     OSError
-        Where the file cannot be written.
+        If the file cannot be written.
     """
     figure = Figure(figsize=(12.0, 6.0), layout=ConstrainedLayoutEngine(h_pad=0.08, w_pad=0.08, wspace=0.06))
     meshes = [_mesh(space, chamber) for chamber in range(3)]
@@ -43,7 +44,7 @@ def plot_workspace(space: Workspace, actuator: Actuator, file: str | Path) -> No
 
 
 class _Mesh:
-    """Triangles between the samples of one face, as they lie in the plane of its two pressures."""
+    """Triangulation of the samples of one face, in the plane of its two pressures."""
 
     def __init__(self, pressure: np.ndarray, rows: np.ndarray, without: int) -> None:
         self.rows = rows
@@ -59,7 +60,7 @@ def _mesh(space: Workspace, without: int) -> _Mesh:
 
 
 def _blend(pressure: np.ndarray, largest: float) -> np.ndarray:
-    """Colours of the chambers mixed by their pressures, paler where those are low: (n, 3)."""
+    """Mix the colours of the chambers by their pressures, paler for low ones, (n, 3)."""
     share = pressure / np.maximum(pressure.sum(axis=1, keepdims=True), 1e-12)
     full = share @ np.array([to_rgb(colour) for colour in CHAMBER_COLOURS])
     depth = 0.15 + 0.7 * np.clip(pressure.sum(axis=1, keepdims=True) / largest, 0.0, 1.0)
@@ -100,26 +101,26 @@ def _draw_map(axes: Axes, space: Workspace, meshes: list[_Mesh]) -> None:
         axes.add_collection(
             PolyCollection(bend[mesh.triangles], facecolors=mesh.colours, edgecolors="face", linewidths=0.3)
         )
-        there = Triangulation(bend[mesh.rows, 0], bend[mesh.rows, 1], mesh.plane.triangles)
+        in_map = Triangulation(bend[mesh.rows, 0], bend[mesh.rows, 1], mesh.plane.triangles)
         for chamber in mesh.pair:
             kpa = 1e-3 * space.pressure[mesh.rows, chamber]
             levels = np.arange(_LINES_KPA, kpa.max() + 1e-6, _LINES_KPA)
             if len(levels):
-                axes.tricontour(there, kpa, levels=levels, colors=CHAMBER_COLOURS[chamber], linewidths=0.8)
+                axes.tricontour(in_map, kpa, levels=levels, colors=CHAMBER_COLOURS[chamber], linewidths=0.8)
     _draw_compass(axes, float(np.nanmax(angle_deg)))
     axes.set_title(f"bending angle θ and plane γ; lines of equal pressure every {_LINES_KPA:g} kPa")
 
 
 def _draw_compass(axes: Axes, largest_deg: float) -> None:
-    """Circles of equal angle, and the planes every 60 degrees."""
+    """Draw circles of equal angle, and lines of equal plane every 60 degrees."""
     outer = _CIRCLE_DEG * np.ceil(largest_deg / _CIRCLE_DEG)
-    round_about = np.linspace(0.0, 2.0 * np.pi, 181)
+    azimuth = np.linspace(0.0, 2.0 * np.pi, 181)
+    label_azimuth = np.radians(-30.0)
     for radius in np.arange(_CIRCLE_DEG, outer + 1e-6, _CIRCLE_DEG):
-        axes.plot(radius * np.cos(round_about), radius * np.sin(round_about), color="0.75", linewidth=0.5)
-        place = np.radians(-30.0)
+        axes.plot(radius * np.cos(azimuth), radius * np.sin(azimuth), color="0.75", linewidth=0.5)
         axes.text(
-            radius * np.cos(place),
-            radius * np.sin(place),
+            radius * np.cos(label_azimuth),
+            radius * np.sin(label_azimuth),
             f"θ = {radius:.0f}°",
             fontsize=7,
             color="0.35",
@@ -128,14 +129,14 @@ def _draw_compass(axes: Axes, largest_deg: float) -> None:
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 1.0},
         )
     for plane_deg in range(0, 360, 60):
-        way = np.array([np.cos(np.radians(plane_deg)), np.sin(np.radians(plane_deg))])
-        axes.plot(*np.outer(way, [0.0, outer]), color="0.75", linewidth=0.5)
+        x, y = np.cos(np.radians(plane_deg)), np.sin(np.radians(plane_deg))
+        axes.plot([0.0, outer * x], [0.0, outer * y], color="0.75", linewidth=0.5)
         axes.text(
-            1.04 * outer * way[0],
-            1.08 * outer * way[1],
+            1.04 * outer * x,
+            1.08 * outer * y,
             f"γ = {plane_deg}°",
             fontsize=8,
-            ha="left" if way[0] > 0.0 else "right",
+            ha="left" if x > 0.0 else "right",
             va="center",
         )
     axes.set_aspect("equal")

@@ -59,12 +59,12 @@ def ours(mesh: BodyMesh) -> Callable[[], object]:
     solid, x = SolidElements(mesh, Ogden()), positions(mesh)
     dofs = (3 * solid.connectivity[:, :, None] + np.arange(3)).reshape(len(solid), 24)
     none = np.empty(0, np.int64)
-    pattern = SparsePattern(x.size, [dofs], (none, none))
+    pattern = SparsePattern(x.size, {"solid": dofs}, (none, none))
 
     def assemble() -> object:
         _, stiffness, *_ = solid.response(x)
         data = np.zeros(len(pattern))
-        pattern.add_group(data, 0, stiffness)
+        pattern.add_group(data, "solid", stiffness)
         return pattern.matrix(data)
 
     return assemble

@@ -1,9 +1,8 @@
-"""Stored runs come out as they did: answers to round-off's reach, iterations to one more or fewer a load."""
+"""Stored runs come out as they did, to what the solver leaves."""
 
 import json
 
 import numpy as np
-import pytest
 
 from tests.ground_truth.gold import FILE, runs
 
@@ -14,10 +13,8 @@ def test_gold_runs_come_out_as_they_did():
     assert found.keys() == gold.keys()
     for name, answer in found.items():
         kept = gold[name]
-        for key in answer.keys() - {"iterations"}:
+        for key in answer:
             # No walls touch: forces of 1e-9 N are left of 1e-2 N, or steps of 1e-6 mm of 1 mm. A curvature
             # that is zero by symmetry is judged beside 1 1/m.
             scale = max(np.abs(kept[key]).max(), 1.0 if key == "curvature_per_m" else 0.0)
             np.testing.assert_allclose(answer[key], kept[key], rtol=0, atol=1e-6 * scale, err_msg=name)
-        # A residual at the edge of the tolerance may take another iteration on another machine.
-        assert answer["iterations"] == pytest.approx(kept["iterations"], abs=1), name

@@ -53,12 +53,15 @@ class Mutant(NamedTuple):
 
 def mutants(source: str) -> list[Mutant]:
     """Every fault of a source text that is another program than the text, by line."""
-    raw, whole = source.encode(), ast.dump(ast.parse(source))
+    raw = source.encode()
     starts = [0]
     for line in raw.splitlines(keepends=True):
         starts.append(starts[-1] + len(line))
     made, times = [], Counter[str]()
     for place, fault in _faults(ast.parse(source)):
+        # Such as x @ x with its operands in the other order.
+        if ast.dump(place) == ast.dump(fault):
+            continue
         assert place.end_lineno is not None
         assert place.end_col_offset is not None
         first = starts[place.lineno - 1] + place.col_offset
@@ -67,8 +70,6 @@ def mutants(source: str) -> list[Mutant]:
         # Parentheses, as the fault may bind less than what was there; a slice and a statement take none.
         written = f"({new})" if isinstance(fault, ast.expr) and not isinstance(fault, ast.Slice) else new
         changed = (raw[:first] + written.encode() + raw[last:]).decode()
-        if ast.dump(ast.parse(changed)) == whole:
-            continue
         times[f"{old} {new}"] += 1
         key = hashlib.sha256(f"{old} {new} {times[f'{old} {new}']}".encode()).hexdigest()[:12]
         made.append(Mutant(key, place.lineno, old, new, changed))
@@ -113,8 +114,8 @@ def _faults_here(node: ast.AST, index: bool) -> Iterator[tuple[ast.expr | ast.st
         case ast.BoolOp(op=op, values=values):
             yield node, ast.BoolOp(ast.Or() if isinstance(op, ast.And) else ast.And(), values)
         case ast.Compare(left=left, ops=ops, comparators=comparators):
-            for n, op in enumerate(ops):
-                for other in _COMPARISONS[type(op)]:
+            for n, comparison in enumerate(ops):
+                for other in _COMPARISONS[type(comparison)]:
                     yield node, ast.Compare(left, [*ops[:n], other(), *ops[n + 1 :]], comparators)
         case ast.IfExp(test=test, body=body, orelse=orelse):
             yield node, ast.IfExp(test, orelse, body)

@@ -57,7 +57,7 @@ class Sandbox:
         good = module.read_text()
         module.write_text(source)
         try:
-            return self._run(subject.tests, limit)
+            return self._run(subject, limit)
         finally:
             module.write_text(good)
 
@@ -80,10 +80,14 @@ class Sandbox:
             raise SandboxError(f"{subject.module}: its tests pass without it: {' '.join(subject.tests)}")
         return max(_LEAST, _SLOWER * math.ceil(taken))
 
-    def _run(self, tests: tuple[str, ...], limit: int | None) -> Verdict:
+    def _run(self, subject: Subject, limit: int | None) -> Verdict:
         # No bytecode: that of the last mutant has the size and, within a second, the time of the next one.
         environment = os.environ | {"PYTHONDONTWRITEBYTECODE": "1"}
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests]
+        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *subject.tests]
+        # What is named runs, also where it has been marked slow since.
+        command += ["-m", ""]
+        if subject.without is not None:
+            command += ["-k", f"not {subject.without}"]
         begin = time.monotonic()
         run = subprocess.Popen(
             command,

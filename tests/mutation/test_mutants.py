@@ -49,6 +49,8 @@ def test_every_mutant_of_a_subject_is_a_program_of_its_own() -> None:
         made = mutants(source)
         assert len({source, *(mutant.source for mutant in made)}) == len(made) + 1 > 30
         assert len({mutant.key for mutant in made}) == len(made)
+        for mutant in sample(made, 20):
+            ast.parse(mutant.source)
 
 
 def test_a_fault_is_where_its_line_says_and_nowhere_else() -> None:

@@ -12,11 +12,11 @@ FOLDER = ROOT / "build" / "mutants"
 
 
 class Verdicts:
-    """Verdicts by the key of the mutant, for one text of the module and of its tests."""
+    """Verdicts by the key of the mutant, for one text of the module and one choice and text of its tests."""
 
     def __init__(self, subject: Subject) -> None:
         files = [subject.module, *(test.partition("::")[0] for test in subject.tests)]
-        texts = [(ROOT / name).read_bytes() for name in files]
+        texts = [repr(subject).encode(), *((ROOT / name).read_bytes() for name in files)]
         state = hashlib.sha256(b"\0".join(texts)).hexdigest()[:12]
         self._file = FOLDER / f"{Path(subject.module).stem.strip('_')}-{state}.jsonl"
         self._known: dict[str, Verdict] = {}

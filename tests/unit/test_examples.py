@@ -1,10 +1,14 @@
-"""Each example runs as it stands."""
+"""Each example runs as it stands: two in processes of their own, those that draw or tell in this one.
+
+Those that draw a figure from stored points have a slow test but for one, as what they share is one module.
+"""
 
 import json
 import re
 import runpy
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -58,21 +62,40 @@ def test_02_period_cell_prints_angles_that_grow_and_draws_the_section(tmp_path: 
     assert drawn.read_bytes().startswith(b"\x89PNG")
 
 
-def test_03_control_loop_tracks_the_circle_and_reports_its_deadlines(tmp_path: Path) -> None:
+Run = Callable[..., str]
+
+
+@pytest.fixture
+def told(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    """What an example prints, run in this process as if from its command line."""
+
+    def run(name: str, *arguments: str) -> str:
+        script = ROOT / "examples" / name
+        monkeypatch.setattr(sys, "argv", [str(script), *arguments])
+        monkeypatch.syspath_prepend(str(script.parent))
+        monkeypatch.delitem(sys.modules, "comparison", raising=False)
+        runpy.run_path(str(script), run_name="__main__")
+        return capsys.readouterr().out
+
+    return run
+
+
+def test_03_control_loop_tracks_the_circle_and_reports_its_deadlines(told: Run, tmp_path: Path) -> None:
     drawn = tmp_path / "loop.png"
-    command = [sys.executable, "-W", "error", str(ROOT / "examples" / "03_control_loop.py"), str(drawn)]
-    run = subprocess.run([*command, "--ticks", "200"], cwd=ROOT, capture_output=True, text=True, check=False)
-    assert run.returncode == 0, run.stderr
-    lines = {line[:18].strip(): line[18:] for line in run.stdout.splitlines()}
+    lines = {
+        line[:18].strip(): line[18:]
+        for line in told("03_control_loop.py", str(drawn), "--ticks", "200").splitlines()
+    }
     assert lines["ticks"].startswith("200 of 1 ms")
-    assert 0 <= int(lines["missed deadlines"].split()[0]) <= 200
+    missed, share = re.fullmatch(r"(\d+) \(([\d.]+) %\)", lines["missed deadlines"]).groups()
+    assert float(share) == pytest.approx(100.0 * int(missed) / 200)
     # A tick is 1.8 degrees of the circle, 1.3 degrees of bend: the loop is never one tick behind.
     assert float(lines["tracking error"].split()[0]) < 1.3
     assert drawn.read_bytes().startswith(b"\x89PNG")
 
 
 def run_example(name: str, *arguments: str) -> str:
-    """Output of an example, warnings as errors."""
+    """Output of an example in a process of its own, warnings as errors."""
     command = [sys.executable, "-W", "error", str(ROOT / "examples" / name), *arguments]
     run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stderr
@@ -90,14 +113,14 @@ def errors(table: str) -> list[float]:
     ("name", "count"),
     [
         pytest.param("04_orientation.py", 30, marks=pytest.mark.slow),
-        ("05_pitch.py", 10),
-        ("06_layouts.py", 9),
+        pytest.param("05_pitch.py", 10, marks=pytest.mark.slow),
+        pytest.param("06_layouts.py", 9, marks=pytest.mark.slow),
         ("07_one_and_two_chambers.py", 15),
     ],
 )
-def test_a_figure_has_points_the_rod_and_its_error(tmp_path: Path, name: str, count: int) -> None:
+def test_a_figure_has_points_the_rod_and_its_error(told: Run, tmp_path: Path, name: str, count: int) -> None:
     drawn = tmp_path / "figure.png"
-    table = run_example(name, str(drawn))
+    table = told(name, str(drawn))
     worst = max(float(c.error["free_bending_angle_rad"]["worst"]) for c in rodmodel.shipped_calibrations())
     found = errors(table)
     assert len(found) >= count
@@ -105,21 +128,21 @@ def test_a_figure_has_points_the_rod_and_its_error(tmp_path: Path, name: str, co
     assert drawn.read_bytes().startswith(b"\x89PNG")
 
 
-def test_08_stiffness_rule_answers_with_numbers_and_their_uncertainty(tmp_path: Path) -> None:
+@pytest.mark.slow
+def test_08_stiffness_rule_answers_with_numbers_and_their_uncertainty(told: Run, tmp_path: Path) -> None:
     drawn = tmp_path / "rule.png"
-    told = run_example("08_stiffness_rule.py", str(drawn)).splitlines()
-    rows = [[float(x.rstrip(",")) for x in line.split()] for line in told[1:5]]
-    for kpa, correlation, *named, best, least in rows:
+    lines = told("08_stiffness_rule.py", str(drawn)).splitlines()
+    rows = [[float(x.rstrip(",")) for x in line.split()] for line in lines[1:5]]
+    for kpa, correlation, *named, _best, least in rows:
         # At low pressure orientation hardly matters, and the ranking is noise.
         assert kpa < 40.0 or 0.5 < correlation <= 1.0
-        assert 0.0 <= best <= 60.0
         assert least <= min(named) + 0.01
-    assert "The map errs by up to" in told[5]
+    assert "The map errs by up to" in lines[5]
     assert drawn.read_bytes().startswith(b"\x89PNG")
 
 
-def test_09_against_measurement_puts_the_papers_deviations_beside_ours() -> None:
-    lines = run_example("09_against_measurement.py").splitlines()
+def test_09_against_measurement_puts_the_papers_deviations_beside_ours(told: Run) -> None:
+    lines = told("09_against_measurement.py").splitlines()
     assert len(lines) == 7
     # The template's noise is 1°; planes of small bends scatter by more.
     for line in lines[1:]:
@@ -127,16 +150,17 @@ def test_09_against_measurement_puts_the_papers_deviations_beside_ours() -> None
     assert lines[2].split()[2] == "16.8"
 
 
+@pytest.mark.slow
 def test_00_cell_points_keeps_what_it_has_and_follows_what_it_lacks(tmp_path: Path) -> None:
     """Two states of a path, a few seconds."""
     file = tmp_path / "points.json"
     file.write_text(json.dumps({"psi0": {"kept": True}}))
-    told = run_example("points/cell_points.py", str(file), "--only", "psi0", "ring", "--last-kpa", "10")
+    printed = run_example("points/cell_points.py", str(file), "--only", "psi0", "ring", "--last-kpa", "10")
     held = json.loads(file.read_text())
     assert held["psi0"] == {"kept": True}
     assert held["ring"]["pressure_kpa"] == [5.0, 10.0]
     assert 4.0 < held["ring"]["angle_deg"][0] < held["ring"]["angle_deg"][1] < 12.0
-    assert "2 paths in" in told
+    assert "2 paths in" in printed
 
 
 @pytest.mark.slow
@@ -171,10 +195,11 @@ def test_00_actuator_frames_keep_the_skin_of_each_state(tmp_path: Path) -> None:
     assert [file.name for file in tmp_path.iterdir()] == ["frames-chamber1.npz"]
 
 
-def test_11_animation_draws_rod_and_elements_and_tells_how_far_apart(tmp_path: Path) -> None:
+@pytest.mark.slow
+def test_11_animation_draws_rod_and_elements_and_tells_how_far_apart(told: Run, tmp_path: Path) -> None:
     moving, still = tmp_path / "moving.gif", tmp_path / "still.png"
-    told = run_example("11_animation.py", str(moving), str(still), "--every", "4")
-    apart = [float(line.split("%")[0].split()[-1]) for line in told.splitlines() if "apart where" in line]
+    lines = told("11_animation.py", str(moving), str(still), "--every", "4").splitlines()
+    apart = [float(line.split("%")[0].split()[-1]) for line in lines if "apart where" in line]
     # The rod's bar against the full actuator is 2 % of the length.
     assert apart
     assert max(apart) < 2.0
@@ -197,9 +222,9 @@ def test_00_twin_points_are_of_an_actuator_with_one_thicker_wall(monkeypatch: py
 
 
 @pytest.mark.slow
-def test_12_twin_halves_its_error(tmp_path: Path) -> None:
+def test_12_twin_halves_its_error(told: Run, tmp_path: Path) -> None:
     drawn = tmp_path / "twin.png"
-    lines = run_example("12_twin.py", str(drawn)).splitlines()
+    lines = told("12_twin.py", str(drawn)).splitlines()
     at = next(n for n, line in enumerate(lines) if line.startswith("adjusted over map"))
     assert [line.split()[0] for line in lines[1:at]] == ["chamber1", "chamber2", "pair23", "chamber3"]
     angle, tip = (float(part.split()[-1]) for part in lines[at + 1].split(","))
@@ -208,9 +233,10 @@ def test_12_twin_halves_its_error(tmp_path: Path) -> None:
     assert drawn.read_bytes().startswith(b"\x89PNG")
 
 
-def test_10_moment_curvature_errs_by_less_than_held_out_states_do(tmp_path: Path) -> None:
+@pytest.mark.slow
+def test_10_moment_curvature_errs_by_less_than_held_out_states_do(told: Run, tmp_path: Path) -> None:
     drawn = tmp_path / "maps.png"
-    rows = run_example("10_moment_curvature.py", str(drawn)).splitlines()[1:-1]
+    rows = told("10_moment_curvature.py", str(drawn)).splitlines()[1:-1]
     worst = max(float(c.error["loaded_bending_angle_rad"]["worst"]) for c in rodmodel.shipped_calibrations())
     assert len(rows) == 12
     assert max(float(row.split()[-3]) for row in rows) < np.degrees(worst)

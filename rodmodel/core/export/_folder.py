@@ -1,4 +1,4 @@
-"""Write an export's folder: all of it, or nothing."""
+"""Atomic writing of an export's folder."""
 
 import contextlib
 import errno
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _SOURCES = Path(__file__).parents[1] / "src"
 _TEMPLATES = Path(__file__).parent / "templates"
 _CORE = "rodmodel_core.h"
-# A choice among copies of the core, which a controller does not have.
+# Dispatch among variants of the core, of which a controller has one.
 _LEFT_OUT = ("dispatch.c", "dispatch.h")
 _GUARD = "#define RODMODEL_CORE_H\n"
 
@@ -25,40 +25,40 @@ _GUARD = "#define RODMODEL_CORE_H\n"
 def export(found: "Found", folder: Path, single_precision: bool = False) -> None:
     """Write C99 sources of the core with a calibrated rod in them, an example, and a C++ and a MEX wrapper.
 
-    The same calibration gives the same files. A calibration of all orientations ψ gives the rod at the ψ
-    that was asked for and, beside it, their laws with ψ as an input.
+    The same calibration gives the same files. A calibration of all orientations ψ gives the rod at the
+    requested ψ and, beside it, the laws of all with ψ as an input.
 
     Parameters
     ----------
-    found : calibration, and the orientation that was asked for.
-    folder : new or empty; its parent must be there.
-    single_precision : whether numbers are floats, for processors without double precision.
+    found : calibration and requested orientation.
+    folder : new or empty folder in an existing one.
+    single_precision : use floats, for processors without double precision.
 
     Raises
     ------
     OSError
-        Where the folder holds something or cannot be written. It is then as it was.
+        If the folder is not empty or cannot be written. It stays unchanged.
     """
     files = _files(found, single_precision)
     target = Path(os.path.realpath(folder))
-    there = target.exists()
-    if there and any(target.iterdir()):
+    exists = target.exists()
+    if exists and any(target.iterdir()):
         raise OSError(errno.ENOTEMPTY, os.strerror(errno.ENOTEMPTY), str(folder))
-    part = (target if there else target.parent) / f".{os.getpid()}-{secrets.token_hex(4)}.part"
+    part = (target if exists else target.parent) / f".{os.getpid()}-{secrets.token_hex(4)}.part"
     moved: list[Path] = []
     try:
         part.mkdir()
         for name, text in files.items():
             (part / name).write_text(text, encoding="utf-8", newline="\n")
-        if there:
-            # The folder may be somebody's working directory, so it stays the one it is.
+        if exists:
+            # The folder may be a process's working directory, so it is not replaced.
             for name in files:
                 moved.append((part / name).rename(target / name))
             part.rmdir()
         else:
             part.rename(target)
     except BaseException:
-        # The error that is on its way says more than one of tidying up after it.
+        # An error of the clean-up must not hide the first one.
         with contextlib.suppress(OSError):
             for file in moved:
                 file.unlink()
@@ -67,16 +67,16 @@ def export(found: "Found", folder: Path, single_precision: bool = False) -> None
 
 
 def _files(found: "Found", single_precision: bool) -> dict[str, str]:
-    """Text of every file, by name."""
+    """Return the text of every file by name."""
     files = {
         file.name: file.read_text(encoding="utf-8")
         for file in sorted(_SOURCES.rglob("*.[ch]"))
         if file.name not in _LEFT_OUT
     }
     if single_precision:
-        # In the header, so that nobody has to tell every compilation.
-        chosen = "#ifndef RM_REAL_FLOAT\n#define RM_REAL_FLOAT\n#endif\n"
-        files[_CORE] = files[_CORE].replace(_GUARD, f"{_GUARD}\n{chosen}", 1)
+        # Defined in the header, so that no compiler option is needed.
+        definition = "#ifndef RM_REAL_FLOAT\n#define RM_REAL_FLOAT\n#endif\n"
+        files[_CORE] = files[_CORE].replace(_GUARD, f"{_GUARD}\n{definition}", 1)
     files["law.h"], files["law.c"] = law_header(found), law_source(found)
     layout = found.calibration.layout
     name = f"{layout.name}, ψ {math.degrees(found.psi):.10g}°, pitch {1e3 * layout.pitch:.10g} mm"

@@ -17,7 +17,7 @@ _WIDTH = 118
 
 
 def law_header(found: "Found") -> str:
-    """Return `law.h`: what the constants are, where they come from, and the sizes that they need."""
+    """Return `law.h`: a description of the rod, its provenance, sizes and declarations."""
     sizes = _law(found).sizes
     lines = [
         f"/*\n{_comment(found)}\n */",
@@ -32,7 +32,7 @@ def law_header(found: "Found") -> str:
         "",
         *(f"#define ROD_{name.upper()} {size}" for name, size in sizes.items()),
         "",
-        "/* Numbers of a workspace for so many steps, with room for a Jacobian and the inverse or without: a",
+        "/* Size of a workspace [rm_real] for so many steps, with or without a Jacobian and the inverse: a",
         " * constant. */",
         "#define ROD_WORKSPACE_SIZE(steps, with_jacobian) \\",
         "    RM_WORKSPACE_SIZE(ROD_IMAGES, ROD_RIDGES, ROD_FEATURES, steps, with_jacobian)",
@@ -42,11 +42,11 @@ def law_header(found: "Found") -> str:
     if _is_oriented(found):
         lines += [
             "",
-            "/* Its orientation psi [rad]. */",
+            "/* Orientation psi of the rod [rad]. */",
             f"#define ROD_PSI {_number(found.psi)}",
             "",
-            "/* Laws of all orientations, and the rod of one of them. `memory` has ROD_ORIENT_SIZE numbers",
-            " * and is the rod's for as long as that is used. */",
+            "/* Laws of all orientations, and the rod at one of them. `memory` holds ROD_ORIENT_SIZE numbers",
+            " * and must live as long as that rod. */",
             "#define ROD_ORIENT_SIZE (2 * ROD_IMAGES * ROD_FEATURES)",
             "extern const rm_oriented rods;",
             "void rod_at_psi(rm_real psi, rm_real *memory, rm_rod *found);",
@@ -55,12 +55,12 @@ def law_header(found: "Found") -> str:
 
 
 def law_source(found: "Found") -> str:
-    """Return `law.c`: the arrays and the rod; of a calibration of all orientations, their laws too."""
+    """Return `law.c`: the arrays and the rod, and the laws of a calibration of all orientations."""
     law = _law(found)
-    apart = {name: array for name, array in law.arrays.items() if name not in IN_PLACE}
+    pointed_to = {name: array for name, array in law.arrays.items() if name not in IN_PLACE}
     oriented = law_data(found.calibration.law).orientation if _is_oriented(found) else {}
     lines = [
-        "/* Numbers of law.h, written by `rodmodel export`; rodmodel_core.h says what each of them is. */",
+        "/* Numbers of law.h, written by `rodmodel export`; rodmodel_core.h describes each of them. */",
         '#include "law.h"',
         "",
         "#define N(x) ((rm_real)(x))",
@@ -73,7 +73,7 @@ def law_source(found: "Found") -> str:
         "",
         f"#define ANGLE_ERROR {_real(found.calibration.angle_error)}",
         "",
-        *(_array(name, array) for name, array in {**apart, **oriented}.items()),
+        *(_array(name, array) for name, array in {**pointed_to, **oriented}.items()),
         f"static const int orders[] = {{{', '.join(str(k) for k in law.orders.ravel())}}};",
         "",
         "const rm_rod rod = {",
@@ -114,7 +114,7 @@ def _law(found: "Found") -> LawData:
 
 
 def _law_fields(law: LawData, others: dict[str, str]) -> list[str]:
-    """Initialise `rm_law`; `others` are names to put in the place of arrays."""
+    """Return the initialiser of `rm_law`; `others` replaces the names of arrays."""
     fields = {name: str(size) for name, size in law.sizes.items()}
     fields |= {name: _real(value) for name, value in law.numbers.items()}
     for name, array in law.arrays.items():
@@ -143,7 +143,7 @@ def _domain(found: "Found") -> dict[str, str]:
 
 
 def _continued(fields: dict[str, str]) -> list[str]:
-    """Initialise a structure in a macro: lines that each but the last go on."""
+    """Return the initialiser of a structure as lines of a macro."""
     items = [f".{name} = {value}" for name, value in fields.items()]
     return ["    { \\", *(f"        {item}, \\" for item in items), "    }"]
 
@@ -161,18 +161,18 @@ def _array(name: str, array: np.ndarray) -> str:
 
 
 def _real(x: float) -> str:
-    """Constant of the chosen precision; the cast says that rounding to single precision is meant."""
+    """Return a constant of either precision; the cast makes the rounding to single precision explicit."""
     return f"N({_number(x)})"
 
 
 def _number(x: float) -> str:
-    """Seventeen significant digits, which give the double back, as a floating constant of C."""
+    """Return a floating constant of C with 17 significant digits, which determine the double."""
     text = f"{float(x):.17g}"
     return text if "." in text or "e" in text else text + ".0"
 
 
 def _comment(found: "Found") -> str:
-    """What the rod is, in comment lines: layout, domain, error, units, provenance."""
+    """Return comment lines that describe the rod: layout, domain, error, units, provenance."""
     from rodmodel.io import calibration_record, calibration_text
 
     calibration = found.calibration
@@ -183,9 +183,9 @@ def _comment(found: "Found") -> str:
         f"pitch {1e3 * calibration.layout.pitch:.10g} mm.",
         "Units are SI: m, N, Pa, rad. Numbers have 17 significant digits.",
         *(line.strip() for line in calibration_text(record).split("\n")[1:]),
-        "90 % of states have their bending angle within "
-        f"{math.degrees(calibration.angle_error):.2g} deg of what it was calibrated to. "
-        "Chambers above are numbered as the calibration's: rod.domain has this rod's own.",
+        "The bending angle of 90 % of states is within "
+        f"{math.degrees(calibration.angle_error):.2g} deg of the data it was calibrated to. "
+        "Chambers above are numbered as in the calibration; rod.domain has this rod's numbers.",
         "Where the calibration comes from:",
         *_provenance(calibration.provenance),
     ]
@@ -202,7 +202,7 @@ def _provenance(provenance: Any) -> list[str]:
 
 
 def _harmless(text: str) -> str:
-    """Text that neither ends a comment nor begins one, has no trigraph, and is ASCII."""
+    """Return ASCII text that neither ends nor begins a comment and has no trigraph."""
     plain = json.dumps(text)[1:-1].replace('\\"', '"')
     for pair in ("*/", "/*", "??"):
         plain = plain.replace(pair, " ".join(pair))

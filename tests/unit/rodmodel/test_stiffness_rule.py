@@ -25,7 +25,7 @@ def ratios(degrees) -> np.ndarray:
         (90.0, (90.0, 30.0, 30.0), (1.0, 1 / 5, 1 / 5)),
     ],
 )
-def test_distances_and_ratios_by_hand(psi, distances, expected):
+def test_distances_and_ratios_are_those_counted_out(psi, distances, expected):
     np.testing.assert_allclose(np.degrees(crossing_distance(np.radians(psi).item())), distances, atol=1e-9)
     np.testing.assert_allclose(stiffness_ratio(np.radians(psi).item()), expected, atol=ROUND_OFF)
 

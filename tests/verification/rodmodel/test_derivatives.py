@@ -59,9 +59,7 @@ def forward() -> tuple[Array, ...]:
 # Steps of 1e-3 of each range: the differences err by 1e-12 of the derivative for the step. States err by
 # 1e-9, of which all cancels but what jumps with the number of steps: 1e-6 of the derivative at the worst.
 @pytest.mark.parametrize(("which", "step"), [(0, 70.0), (1, 1e-4), (2, 5e-6), (3, 1e-2)])
-def test_derivatives_by_pressures_and_loads(
-    forward: tuple[Array, ...], which: int, step: float
-) -> None:
+def test_derivatives_by_pressures_and_loads(forward: tuple[Array, ...], which: int, step: float) -> None:
     solve = jax.jit(answer)
 
     def moved(x: Array) -> Array:
@@ -73,8 +71,7 @@ def test_derivatives_by_pressures_and_loads(
 
 @pytest.mark.slow
 def test_forward_and_reverse_mode_agree(forward: tuple[Array, ...]) -> None:
-    """The reverse one of a batch, of which it is the first row; without loads `test_derivatives_of_free_bending`
-    has both."""
+    """The reverse one in a batch; without loads `test_derivatives_of_free_bending` has both modes."""
     batch = [jnp.stack([argument, 0.3 * argument]) for argument in ARGUMENTS]
     reverse = jax.jit(jax.vmap(jax.jacrev(answer, argnums=EACH)))(*batch)
     for one, other in zip(forward, reverse, strict=True):

@@ -43,11 +43,13 @@ DOMAIN = Domain((70e3, 50e3, 50e3), 100e3, MOMENT_MAX)
 SCALES = Scales.of(DOMAIN, LENGTH, 15.5e-6)
 
 
-@pytest.fixture(autouse=True)
-def short_trials(monkeypatch):
+@pytest.fixture(autouse=True, scope="module")
+def short_trials():
     """One start, tried for no longer than a test needs."""
-    monkeypatch.setattr("calibration.fit.pipeline.STARTS", 1)
-    monkeypatch.setattr("calibration.fit.pipeline.TRIAL_ITERATIONS", 2)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("calibration.fit.pipeline.STARTS", 1)
+        patch.setattr("calibration.fit.pipeline.TRIAL_ITERATIONS", 2)
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -189,7 +191,12 @@ def test_a_fit_predicts_held_out_states_far_better_than_their_range(dataset):
     assert outcome.training["ridges"] == 10
 
 
-SHORT = {"domain": DOMAIN, "length": LENGTH, "ridges": 3, "features": 3, "iterations": 3, "seed": 0}
+SHORT = {"domain": DOMAIN, "length": LENGTH, "ridges": 10, "features": 8, "iterations": 3, "seed": 0}
+
+
+@pytest.fixture(scope="module")
+def short(dataset, short_trials):
+    return fit_and_judge(dataset, **SHORT)
 
 
 @pytest.mark.slow
@@ -219,28 +226,27 @@ def test_laws_that_cannot_become_those_of_a_section_are_refused():
     assert begin_near(oriented, {**run, "orientations": [0.0, 0.5]}) is oriented
 
 
-def test_held_out_states_do_not_train(dataset):
+def test_held_out_states_do_not_train(dataset, short):
     held_out = np.flatnonzero(dataset["role"].values == "held-out")
     spoilt = dataset.copy(deep=True)
     spoilt["curvature"].values[held_out] += 1.0
-    first, second = (fit_and_judge(data, **SHORT) for data in (dataset, spoilt))
-    assert np.array_equal(first.law.directions, second.law.directions)
-    assert first.error != second.error
+    other = fit_and_judge(spoilt, **SHORT)
+    assert np.array_equal(short.law.directions, other.law.directions)
+    assert short.error != other.error
 
 
 def test_a_law_is_rounded_to_what_its_file_holds():
     law = law_of()
-    short = rounded(law)
-    before, after = (ravel_pytree(eqx.filter(some, eqx.is_inexact_array))[0] for some in (law, short))
+    fewer = rounded(law)
+    before, after = (ravel_pytree(eqx.filter(some, eqx.is_inexact_array))[0] for some in (law, fewer))
     np.testing.assert_allclose(after, before, rtol=0.5 * 10.0 ** (1 - DIGITS), atol=0.0)
     assert all(float(f"{number:.{DIGITS}g}") == number for number in after)
-    assert eqx.tree_equal(rounded(short), short)
+    assert eqx.tree_equal(rounded(fewer), fewer)
 
 
-def test_figures_of_a_fit_can_be_found_again(dataset, samples):
-    outcome = fit_and_judge(dataset, **SHORT)
-    judged = samples.held_out & inside(outcome.domain, samples.pressure, samples.moment)
-    assert figures(outcome.law, samples.where(judged), LENGTH) == outcome.error
+def test_figures_of_a_fit_can_be_found_again(samples, short):
+    judged = samples.held_out & inside(short.domain, samples.pressure, samples.moment)
+    assert figures(short.law, samples.where(judged), LENGTH) == short.error
 
 
 def test_a_law_of_all_orientations_is_fitted_to_states_of_several(some):

@@ -11,10 +11,9 @@ import rodmodel
 from calibration.cli import main
 from calibration.report import report_map
 from calibration.report.all_layouts import datasets_by_checksum, title
-from calibration.truth import layout_of
+from calibration.truth import SHIPPED, layout_of
 from fem_reference import layout
 from rodmodel import Layout
-from tests.ground_truth.test_full_actuator import FILE
 from tests.unit.rodmodel import synthetic
 
 DATASETS = Path(__file__).parents[4] / "calibration" / "datasets"
@@ -64,7 +63,7 @@ def test_without_its_dataset_a_law_has_the_figures_of_its_file(tmp_path):
 @pytest.fixture
 def one_run(tmp_path):
     """A file with the truth of chamber 1 alone."""
-    truth = xr.load_dataset(FILE, engine="h5netcdf")
+    truth = xr.load_dataset(SHIPPED, engine="h5netcdf")
     file = tmp_path / "truth.nc"
     truth.isel(state=(truth["case"].values == "chamber1").nonzero()[0]).to_netcdf(file, engine="h5netcdf")
     return file

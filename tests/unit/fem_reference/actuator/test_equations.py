@@ -108,10 +108,9 @@ def test_the_tip_loads_stiffness_is_that_of_a_face_that_turns_rigidly(equations,
 
     def forces(t: float) -> np.ndarray:
         turned = (x - centre) @ rotation(tuple(axis), t * np.linalg.norm(axis)).T + centre
-        load_at, *_ = equations._load(turned, load)
-        return equations.fold @ load_at.ravel()
+        return equations.fold @ equations.load.response(turned, load).force.ravel()
 
-    _, columns, rows = equations._load(x, load)
+    _, columns, rows = equations.load.response(x, load)
     spin = equations.fold @ np.cross(axis, x - centre).ravel()
     np.testing.assert_allclose(rows @ spin, axis, atol=1e-12)
     slope = difference(forces, 1e-3)
@@ -122,7 +121,7 @@ def test_tip_loads_have_their_resultant_and_moment(equations):
     force, moment = (0.02, -0.03, 0.01), (1e-3, 2e-3, -1e-3)
     load = ActuatorLoad(tip_force=force, tip_moment=moment).target()
     x = equations.rest_positions
-    nodal, *_ = equations._load(x, load)
+    nodal = equations.load.response(x, load).force
     centre = equations.tip.frame(x).position
     np.testing.assert_allclose(nodal.sum(axis=0), force, atol=1e-15)
     np.testing.assert_allclose(np.cross(x - centre, nodal).sum(axis=0), np.multiply(moment, 1e3), atol=1e-12)

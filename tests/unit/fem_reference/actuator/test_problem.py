@@ -9,7 +9,8 @@ from fem_reference import ActuatorGeometry, DoubleHelix, Ogden, Thread
 from fem_reference.actuator import Deformation
 from fem_reference.actuator.equations import ActuatorEquations
 from fem_reference.actuator.model import ActuatorModel
-from fem_reference.actuator.problem import ActuatorProblem, _behind
+from fem_reference.actuator.motion import _behind
+from fem_reference.actuator.problem import ActuatorProblem
 from fem_reference.central_rod import PRESSED
 from fem_reference.mesh.mirror_plane import images
 from fem_reference.walls.self_contact import TIE_BREAK
@@ -64,8 +65,8 @@ def test_walls_of_a_bent_body_meet_where_their_chords_do(problem):
     nodes, walls = problem.equations.nodes, problem.equations.walls
     assert not walls.intersects(start.positions[:nodes])
     assert walls.intersects(end.positions[:nodes])
-    seen = [problem._frame.straightened(at.positions) for at in (start, end)]
-    assert walls.step_limit(*seen) == 1.0
+    straight = problem.motion.candidate_positions(start.positions, end.positions)
+    assert walls.step_limit(*straight) == 1.0
 
     share = problem.start_share(start, end)
     meet = (from_gap - sagitta) / (from_gap - to_gap)
@@ -115,7 +116,7 @@ def test_walls_that_are_held_apart_or_off_the_rod_keep_the_plane():
     for at in (start, end):
         # Where the walls cross the plane they are the mirror images of themselves.
         at.positions[:] = problem.equations.symmetrised(at.positions)
-    held = problem.keep_walls_apart(start, end)
+    held = problem.contact.keep_walls_apart(start, end)
     assert held is not end
     np.testing.assert_array_equal(held.positions[image], held.positions * [1.0, -1.0, 1.0])
     pressed = replace(start, positions=start.positions.copy())

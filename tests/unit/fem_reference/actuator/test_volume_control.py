@@ -71,8 +71,8 @@ def test_a_step_solves_the_bordered_system(short, force):
     upper = path.pattern.matrix(linear.data)
     free = short.equations.fold @ step.positions.ravel()
     product = upper @ free + upper.T @ free - upper.diagonal() * free
-    if linear.actuator.load_columns is not None:
-        product -= linear.actuator.load_columns @ (linear.actuator.load_rows @ free)
+    if linear.load_columns is not None:
+        product -= linear.load_columns @ (linear.load_rows @ free)
     # PARDISO refines no further than 1e-9 of matrices with the stiff thread in them.
     found = product - step.pressure * linear.gradient
     np.testing.assert_allclose(found, -linear.residual, rtol=0, atol=1e-8 * np.abs(linear.residual).max())

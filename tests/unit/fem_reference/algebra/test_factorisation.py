@@ -74,9 +74,9 @@ def test_one_solver_serves_the_matrices_of_two_cells(solver):
     right = np.ones((SIZE, 1))
     for offset, values in ((1, 0.4), (7, -0.3)):
         chain = np.column_stack([np.arange(SIZE - offset), np.arange(offset, SIZE)])
-        pattern = SparsePattern(SIZE, [chain], (np.array([0]), np.array([0])))
+        pattern = SparsePattern(SIZE, {"chain": chain}, (np.array([0]), np.array([0])))
         data = np.zeros(len(pattern))
-        pattern.add_group(data, 0, np.full((len(chain), 2, 2), values))
+        pattern.add_group(data, "chain", np.full((len(chain), 2, 2), values))
         data[pattern.diagonal] += 2.0
         matrix = pattern.matrix(data)
         full = (matrix + sparse.triu(matrix, 1).T).toarray()

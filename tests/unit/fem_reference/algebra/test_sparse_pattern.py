@@ -10,6 +10,7 @@ SIZE = 9
 # Blocks that share unknowns, and one that holds the same unknown twice, as a thread within one element does.
 PAIRS = np.array([[0, 1, 4], [4, 1, 7], [2, 2, 0]])
 SINGLES = np.array([[3], [7]])
+GROUPS = {"pairs": PAIRS, "singles": SINGLES}
 ROWS, COLUMNS = np.array([0, 5, 6]), np.array([8, 6, 5])
 
 
@@ -20,7 +21,7 @@ def blocks(count: int, size: int, seed: int) -> np.ndarray:
 
 @pytest.fixture
 def pattern() -> SparsePattern:
-    return SparsePattern(SIZE, [PAIRS, SINGLES], (ROWS, COLUMNS))
+    return SparsePattern(SIZE, GROUPS, (ROWS, COLUMNS))
 
 
 def added_one_by_one(dofs: np.ndarray, local: np.ndarray) -> np.ndarray:
@@ -35,9 +36,9 @@ def added_one_by_one(dofs: np.ndarray, local: np.ndarray) -> np.ndarray:
 def test_groups_add_up(pattern):
     data = np.zeros(len(pattern))
     expected = np.zeros((SIZE, SIZE))
-    for group, dofs in enumerate((PAIRS, SINGLES)):
-        local = blocks(len(dofs), dofs.shape[1], group)
-        pattern.add_group(data, group, local)
+    for seed, (name, dofs) in enumerate(GROUPS.items()):
+        local = blocks(len(dofs), dofs.shape[1], seed)
+        pattern.add_group(data, name, local)
         expected += added_one_by_one(dofs, local)
     np.testing.assert_allclose(pattern.matrix(data).toarray(), np.triu(expected), rtol=0, atol=1e-15)
 
@@ -64,7 +65,7 @@ def test_single_entries_add_up(pattern):
 def a_group_and_an_entry_add_up(pattern: SparsePattern, row: int, column: int) -> None:
     data = np.zeros(len(pattern))
     local = blocks(len(PAIRS), 3, 0)
-    pattern.add_group(data, 0, local)
+    pattern.add_group(data, "pairs", local)
     pattern.add_entries(data, np.array([row]), np.array([column]), np.array([4.0]))
     expected = np.triu(added_one_by_one(PAIRS, local))
     expected[row, column] += 4.0

@@ -41,7 +41,13 @@ def test_json_is_one_object_with_the_agreed_keys_and_the_vtk_file_opens(tmp_path
     np.testing.assert_allclose(np.hypot(*rest[threads, :2].T), 5.6, atol=1e-6)
 
 
-def test_ends_that_give_let_the_silicone_slide_and_bend_less(capsys):
+@pytest.fixture
+def tiny(monkeypatch):
+    """Meshes of the fewest elements, which the command's flags do not offer."""
+    monkeypatch.setitem(LEVELS, "coarse", TINY)
+
+
+def test_ends_that_give_let_the_silicone_slide_and_bend_less(tiny, capsys):
     held, sliding = (
         main([*QUICK, "--json", *more]) or json.loads(capsys.readouterr().out)
         for more in ([], ["--end-compliance-mm-per-n", "0.23"])
@@ -51,7 +57,7 @@ def test_ends_that_give_let_the_silicone_slide_and_bend_less(capsys):
     assert sliding["bending_angle_deg"] < held["bending_angle_deg"]
 
 
-def test_the_imposed_curvature_is_taken(capsys):
+def test_the_imposed_curvature_is_taken(tiny, capsys):
     assert main(["cell", "--pressure-kpa", "0", "0", "0", "--curvature-per-m", "0", "-1", "0", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     np.testing.assert_allclose(told["curvature_per_m"], [0.0, -1.0, 0.0], atol=1e-12)
@@ -130,8 +136,7 @@ def test_an_impossible_thread_is_refused_by_its_flag(share, came, capsys):
         ),
     ],
 )
-def test_a_plane_of_symmetry_that_is_not_there_is_refused(arguments, came, capsys, monkeypatch):
-    monkeypatch.setitem(LEVELS, "coarse", TINY)
+def test_a_plane_of_symmetry_that_is_not_there_is_refused(arguments, came, tiny, capsys):
     assert main(["actuator", *arguments, "--symmetric"]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("rodmodel-fem: --symmetric: got ")
@@ -139,11 +144,10 @@ def test_a_plane_of_symmetry_that_is_not_there_is_refused(arguments, came, capsy
     assert "expected" in line
 
 
-def test_the_actuator_writes_every_load_step_as_a_series(tmp_path, capsys, monkeypatch):
+def test_the_actuator_writes_every_load_step_as_a_series(tiny, tmp_path, capsys, monkeypatch):
     """On a short body of few elements, which the command's flags do not offer."""
     short = ActuatorGeometry(body_length=3e-3, cap_length=2e-3)
     monkeypatch.setattr("fem_reference.cli._actuator.read_geometry", lambda options: short)
-    monkeypatch.setitem(LEVELS, "coarse", TINY)
     file = tmp_path / "path.pvd"
     assert main(["actuator", "--pressure-kpa", "8", "0", "0", "--json", "--vtk", str(file)]) == 0
     record = json.loads(capsys.readouterr().out)

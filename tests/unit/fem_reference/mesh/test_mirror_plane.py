@@ -8,8 +8,7 @@ import pytest
 from fem_reference import Actuator, ActuatorGeometry, ActuatorLoad, DoubleHelix, Ring, SixHelix
 from fem_reference.actuator import Deformation
 from fem_reference.actuator.equations import ActuatorEquations
-from fem_reference.mesh import symmetrised
-from fem_reference.mesh.mirror_plane import images
+from fem_reference.mesh import mirror_images, symmetrised
 from tests.fem_fixtures import QUADRATIC, TINY, relative_error
 from tests.unit.fem_reference.actuator.test_equations import LOAD, SHORT, model
 
@@ -23,10 +22,10 @@ class Both:
     def __init__(self, level) -> None:
         self.half = ActuatorEquations(model(level=level, symmetric=True))
         # On the same mesh: that of the half is its own image to round-off, the other one to 3e-8 mm.
-        with mock.patch.object(actuator_parts, "actuator_mesh", return_value=self.half.mesh):
+        with mock.patch("fem_reference.actuator.equations.actuator_mesh", return_value=self.half.mesh):
             self.whole = ActuatorEquations(model(level=level))
         rest = self.whole.rest_positions
-        image = images(rest)
+        image = mirror_images(rest)
         noise = 1e-3 * np.random.default_rng(0).normal(size=rest.shape)
         x = 1.004 * rest + [0.004, 0.0, 0.0] * rest[:, 2:] ** 2 + noise + noise[image] * MIRROR
         x = np.where(self.whole.clamped, rest, x)
@@ -36,7 +35,7 @@ class Both:
         self.at = Deformation(x, unloaded.element_pressure, unloaded.segment_tension, unloaded.axis_tension)
 
 
-@pytest.fixture(scope="module", params=[TINY, QUADRATIC])
+@pytest.fixture(scope="module", params=[TINY, pytest.param(QUADRATIC, marks=pytest.mark.slow)])
 def both(request) -> Both:
     return Both(request.param)
 
@@ -64,7 +63,7 @@ def test_energy_mass_and_reactions_are_the_whole_bodys(both):
     assert both.half.strain_energy(both.at) == pytest.approx(both.whole.strain_energy(both.at), rel=1e-12)
     assert both.half.mass.sum() == pytest.approx(both.whole.mass.sum(), rel=1e-12)
     # The fans that close the chambers at the clamp are not their own images, all of them together are.
-    expected = symmetrised(both.whole.reaction(whole, target), images(both.half.rest_positions))
+    expected = symmetrised(both.whole.reaction(whole, target), mirror_images(both.half.rest_positions))
     np.testing.assert_allclose(
         both.half.reaction(half, target), expected, atol=1e-12 * np.abs(expected).max()
     )
@@ -84,7 +83,7 @@ def test_half_the_elements_and_facets_stand_for_all(both):
 
 def test_unknowns_move_points_as_mirror_images(both):
     move = (both.half.fold.T @ np.random.default_rng(1).normal(size=both.half.size)).reshape(-1, 3)
-    np.testing.assert_array_equal(move[images(both.half.rest_positions)], move * MIRROR)
+    np.testing.assert_array_equal(move[mirror_images(both.half.rest_positions)], move * MIRROR)
     assert np.abs(move).max() > 0.0
 
 

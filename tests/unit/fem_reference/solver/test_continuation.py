@@ -6,7 +6,9 @@ import pytest
 from fem_reference import CellError, Load, PeriodCell, follow
 from fem_reference.algebra.factorisation import SuperLuSolver
 from fem_reference.cell.problem import CellProblem, CellTarget
-from fem_reference.solver import newton
+from fem_reference.errors import NewtonError
+from fem_reference.solver import SolverOptions, solve_equilibrium
+from fem_reference.solver.options import NewtonOptions, ViscousRelaxationOptions
 from tests.fem_fixtures import TINY, load_of, relative_error
 
 PRESSURE, MOMENT = (6e3, 4e3, 1e3), (1e-4, -2e-4, 5e-5)
@@ -39,7 +41,7 @@ def test_a_state_answers_its_load(state):
     assert state.load is LOAD
     assert state.converged
     assert state.stable
-    assert 0.0 <= state.residual <= newton.FORCE_TOLERANCE
+    assert 0.0 <= state.residual <= SolverOptions().convergence.force
     assert state.iterations > 0
 
 
@@ -85,20 +87,19 @@ def test_releasing_an_imposed_curvature_finds_the_free_state(small_cell, state):
     assert distance(released, state) <= SETTLED
 
 
-def stop(monkeypatch) -> None:
-    """Let only what is in equilibrium already pass, and nothing creep there."""
-    monkeypatch.setattr(newton, "MAX_ITERATIONS", 1)
-    monkeypatch.setattr(creep, "_MAX_STEPS", 1)
+#: Only what is in equilibrium already converges.
+STOPPED = SolverOptions(
+    newton=NewtonOptions(iterations=1), viscous_relaxation=ViscousRelaxationOptions(steps=1)
+)
 
 
 def test_failure_carries_the_last_good_state(small_cell, monkeypatch):
-    path = follow(small_cell, [Load((2e3, 0.0, 0.0)), Load((30e3, 0.0, 0.0))])
-    first = next(path)
-    stop(monkeypatch)
+    first = small_cell.solve(Load((2e3, 0.0, 0.0)))
+    monkeypatch.setattr(small_cell, "options", STOPPED)
     with pytest.raises(
         CellError, match=r"^the cell did not converge: stopped at pressures \[2. 0. 0.\] kPa"
     ) as caught:
-        next(path)
+        small_cell.solve(Load((30e3, 0.0, 0.0)), start=first)
     last, reached = caught.value.last_good, caught.value.reached
     np.testing.assert_allclose(last.pressure, first.pressure, rtol=1e-12)
     np.testing.assert_array_equal(last.curvature, first.curvature)
@@ -107,16 +108,15 @@ def test_failure_carries_the_last_good_state(small_cell, monkeypatch):
 
 def test_failure_from_rest_carries_the_unloaded_state(small_cell, monkeypatch):
     small_cell.solve(UNLOADED)
-    stop(monkeypatch)
+    monkeypatch.setattr(small_cell, "options", STOPPED)
     with pytest.raises(CellError) as caught:
         small_cell.solve(Load((2e3, 0.0, 0.0), curvature=(0.0, 1.0, 0.0)))
     last = caught.value.last_good
     np.testing.assert_array_equal(last.pressure, 0.0)
 
 
-def test_a_cell_that_has_no_rest_state_says_so_without_one(monkeypatch):
-    cell = PeriodCell(level=TINY)
-    monkeypatch.setattr(newton, "MAX_ITERATIONS", 0)
+def test_a_cell_that_has_no_rest_state_says_so_without_one():
+    cell = PeriodCell(level=TINY, options=SolverOptions(newton=NewtonOptions(iterations=0)))
     with pytest.raises(CellError, match="did not converge") as caught:
         cell.solve(Load((2e3, 0.0, 0.0)))
     assert caught.value.last_good is None
@@ -127,5 +127,5 @@ def test_a_step_that_puts_the_cavity_inside_the_rod_is_refused(small_cell):
     """Rest positions with a curvature of 300 1/m: the rod moves by more than half its radius."""
     equations = small_cell.equations
     target = CellTarget(np.zeros(3), curvature=np.array([0.0, 0.3, 0.0]))
-    with pytest.raises(newton.NewtonError, match="inside the rod"):
-        newton.solve_equilibrium(CellProblem(equations), SuperLuSolver(), target, equations.rest())
+    with pytest.raises(NewtonError, match="inside the rod"):
+        solve_equilibrium(CellProblem(equations), SuperLuSolver(), target, equations.rest())

@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fem_reference.solver import admissible_part
+from fem_reference.solver import Contact, admissible_part
 from fem_reference.solver.convergence import at_noise
-from tests.diagonal_problem import Diagonal, Move, double_well
+from tests.diagonal_problem import Diagonal, Move, double_well, tolerate
 
 
 def _noisy() -> Diagonal:
     problem = double_well()
-    problem.noise = 5e-3
+    tolerate(problem, noise=5e-3)
     return problem
 
 
@@ -38,16 +38,18 @@ def test_moments_and_other_unknowns_must_be_found_too(monkeypatch):
     assert not at_noise(problem, _step(1e-6), 1e-6, 0.0)
 
 
+class Wall(Contact):
+    def keep_walls_apart(self, at, trial):
+        return np.minimum(trial, [1e-3, np.inf])
+
+
 class Walled(Diagonal):
     """Two unknowns, the first with a wall 1 µm ahead of it, which lets half of a step pass or holds it."""
 
-    nearby = 0.05
+    contact = Wall()
 
     def allowed(self, linear, trial):
         return 1.0 if trial[0] <= 1e-3 else 0.5
-
-    def keep_walls_apart(self, at, trial):
-        return np.minimum(trial, [1e-3, np.inf])
 
 
 @pytest.mark.parametrize("length", [0.02, 0.0012, 0.001])

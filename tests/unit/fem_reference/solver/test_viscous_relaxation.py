@@ -1,18 +1,24 @@
-"""Creep on springs with known potentials: downhill from a maximum, to rest or to a reason why not."""
+"""Viscous relaxation of springs with known potentials: downhill to rest, or to a reason why not."""
 
 import numpy as np
 import pytest
 
 from fem_reference.algebra.factorisation import PardisoSolver
 from fem_reference.errors import NewtonError, UnstableError
-from fem_reference.solver import Equilibrium, solve_equilibrium
-from fem_reference.solver import viscous_relaxation as creep_module
-from fem_reference.solver.viscous_relaxation import creep
+from fem_reference.solver import Equilibrium, SolverOptions, solve_equilibrium
+from fem_reference.solver.options import DEFAULT, ViscousRelaxationOptions
+from fem_reference.solver.viscous_relaxation import relax
 from tests.diagonal_problem import FOLD, Diagonal, Push, double_well, well_minimum
 
 
-def crept(problem: Diagonal, load: float, start: np.ndarray) -> Equilibrium:
-    return creep(problem, PardisoSolver(), Push(np.full(len(start), load)), start)
+def relaxed(
+    problem: Diagonal, load: float, start: np.ndarray, options: SolverOptions = DEFAULT
+) -> Equilibrium:
+    return relax(problem, PardisoSolver(), Push(np.full(len(start), load)), start, options)
+
+
+def of_steps(steps: int) -> SolverOptions:
+    return SolverOptions(viscous_relaxation=ViscousRelaxationOptions(steps=steps))
 
 
 # Forces of 1e-9 N are left, on a spring of 2 N/mm at a well's bottom.
@@ -24,7 +30,7 @@ SETTLED = 1e-9
 def test_an_unstable_state_is_left_downhill_on_its_own_side(away, side, load):
     """Under a load f the maximum lies near −f; where it is left for decides the minimum."""
     middle = float(np.median(np.roots([1.0, 0.0, -1.0, -load]).real))
-    found = crept(double_well(), load, np.array([middle + away]))
+    found = relaxed(double_well(), load, np.array([middle + away]))
     np.testing.assert_allclose(found.configuration, well_minimum(load, side), rtol=0, atol=SETTLED)
     assert found.excess_negative == 0
     # The last step is free of viscosity.
@@ -34,23 +40,23 @@ def test_an_unstable_state_is_left_downhill_on_its_own_side(away, side, load):
 
 def test_every_unknown_goes_its_own_way():
     start = np.array([0.05, -0.05, 0.4, -1.3])
-    found = crept(double_well(4), 0.0, start)
+    found = relaxed(double_well(4), 0.0, start)
     np.testing.assert_allclose(found.configuration, np.sign(start), rtol=0, atol=SETTLED)
 
 
 def test_the_fold_of_a_lost_equilibrium_is_crossed():
     """Beyond 0.3849 N there is nothing left of zero to rest at."""
     load = 1.05 * FOLD
-    found = crept(double_well(reach=0.1), load, np.array([-1.0 / np.sqrt(3.0)]))
+    found = relaxed(double_well(reach=0.1), load, np.array([-1.0 / np.sqrt(3.0)]))
     np.testing.assert_allclose(found.configuration, well_minimum(load, 1.0), rtol=0, atol=SETTLED)
 
 
 def test_a_body_at_rest_stays():
-    found = crept(double_well(), 0.0, np.array([-1.0]))
+    found = relaxed(double_well(), 0.0, np.array([-1.0]))
     np.testing.assert_allclose(found.configuration, -1.0, rtol=0, atol=SETTLED)
 
 
-def test_a_step_of_creep_is_one_of_backward_euler():
+def test_a_step_in_time_is_one_of_backward_euler():
     """On a unit spring under a unit load the step from zero at the rate r ends at 1/(1 + r)."""
     spring, target = Diagonal(lambda x: x, np.ones_like, 1, reach=1.0), Push(np.ones(1))
     for rate in (0.25, 1.0, 4.0):
@@ -109,19 +115,18 @@ def test_a_step_in_time_does_not_end_under_a_large_force():
     assert found.residual <= 0.05
 
 
-def test_without_a_minimum_there_is_no_rest(monkeypatch):
+def test_without_a_minimum_there_is_no_rest():
     """A constant force, on nothing: every step goes on, and without viscosity the matrix is singular."""
     free = Diagonal(np.zeros_like, np.zeros_like, 1, reach=1.0)
-    monkeypatch.setattr(creep_module, "_MAX_STEPS", 20)
-    with pytest.raises(NewtonError, match=r"does not creep to rest in 20 steps; the last failure: \w+"):
-        crept(free, 0.1, np.zeros(1))
+    with pytest.raises(NewtonError, match=r"does not come to rest in 20 steps; the last failure: \w+"):
+        relaxed(free, 0.1, np.zeros(1), of_steps(20))
 
 
 def test_steps_that_fail_at_any_length_are_given_up():
     """The energy −5·10⁵ x² N/mm falls faster than viscosity is added, of 10³ N/mm at most."""
     blown = Diagonal(lambda x: -1e6 * x, lambda x: np.full_like(x, -1e6), 1, reach=1.0)
     with pytest.raises(NewtonError, match=r"in \d steps; .* negative eigenvalues more than") as caught:
-        crept(blown, 0.0, np.ones(1))
+        relaxed(blown, 0.0, np.ones(1))
     assert not isinstance(caught.value, UnstableError)
 
 
@@ -143,11 +148,10 @@ class Fragile(Diagonal):
         return super().update_forces(linear, at, target, viscous)
 
 
-def test_a_length_that_failed_is_not_tried_again_with_every_other_step(monkeypatch):
-    monkeypatch.setattr(creep_module, "_MAX_STEPS", 30)
+def test_a_length_that_failed_is_not_tried_again_with_every_other_step():
     fragile = Fragile()
     with pytest.raises(NewtonError, match="too far"):
-        crept(fragile, 0.05, np.zeros(1))
+        relaxed(fragile, 0.05, np.zeros(1), of_steps(30))
     failed = [length > 0.2 for length in fragile.lengths]
     # Twice as long a step after every one that is taken, a third after one that failed: 10 of 30 would fail.
     assert 0 < sum(failed) <= 5

@@ -270,7 +270,9 @@ def test_a_malformed_file_is_refused_in_one_line_with_file_and_key(
 
 
 def test_the_manual_has_the_ranges_of_adjustment_files():
-    assert ranges_table(ADJUSTMENT_RANGES) in (ROOT / "docs" / "reference" / "calibration_file.md").read_text()
+    assert (
+        ranges_table(ADJUSTMENT_RANGES) in (ROOT / "docs" / "reference" / "calibration_file.md").read_text()
+    )
 
 
 def test_the_walls_close_to_a_ring():

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +15,7 @@ import numpy as np
 import pytest
 
 import rodmodel
-from rodmodel import RESULTS, CurvatureLaw, FixedStep, LinearLaw, Rod, SectionLaw, Solution
+from rodmodel import RESULTS, CoreRod, CurvatureLaw, FixedStep, LinearLaw, Rod, SectionLaw, Solution
 from tests.unit.rodmodel import synthetic
 
 PRESSURE = np.array([40e3, 15e3, 5e3])
@@ -24,6 +25,12 @@ FORCE = np.array([0.01, -0.02, 0.005])
 @pytest.fixture(scope="module")
 def rod() -> Rod:
     return synthetic.rod(synthetic.bending_law())
+
+
+@pytest.fixture(scope="module")
+def within(rod: Rod) -> Callable[[jax.Array], Solution]:
+    """The solve within another compiled function."""
+    return jax.jit(rod.solve)
 
 
 @pytest.fixture(scope="module")
@@ -64,11 +71,11 @@ def test_a_pressure_that_is_no_number_is_refused(rod: Rod) -> None:
         ([60e3, 41e3, 0.0], "more than the calibration covers"),
     ],
 )
-def test_bad_values_raise(rod: Rod, pressure: list[float], said: str) -> None:
+def test_bad_values_raise(rod: Rod, within: Callable, pressure: list[float], said: str) -> None:
     with pytest.raises(RuntimeError, match=said):
         rod.solve(pressure)
     with pytest.raises(RuntimeError, match=said):
-        jax.block_until_ready(jax.jit(rod.solve)(jnp.array(pressure)))
+        jax.block_until_ready(within(jnp.array(pressure)))
 
 
 def test_a_load_that_is_not_finite_raises_or_is_flagged(rod: Rod) -> None:
@@ -286,11 +293,11 @@ print(json.dumps([s.tip_position.tolist() for s in solutions]))
     np.testing.assert_allclose(bent, loaded.tip_position, atol=1e-4 * 0.066)
 
 
-@pytest.mark.slow
-def test_what_ships_solves() -> None:
-    """Each law is compiled by itself; of the compiled core, `test_layouts_solve` has them all."""
+# The differentiable rod is compiled for each shape of law.
+@pytest.mark.parametrize("load", [rodmodel.load_core, pytest.param(rodmodel.load, marks=pytest.mark.slow)])
+def test_what_ships_solves(load: Callable[..., Rod | CoreRod]) -> None:
     for calibration in rodmodel.shipped_calibrations():
         layout = calibration.layout
-        rod = rodmodel.load(layout.name, 0.77 if layout.psi is None else layout.psi, layout.pitch)
+        rod = load(layout.name, 0.77 if layout.psi is None else layout.psi, layout.pitch)
         solution = rod.solve(0.3 * np.array(rod.domain.pressure_max))
         assert solution.converged

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from jaxtyping import Array
 from scipy.integrate import quad
+from scipy.optimize import brentq
 
 from rodmodel import RidgeLaw, RidgeNetwork, TurnedLaw
 from rodmodel.section import SYMMETRIES
@@ -142,7 +143,8 @@ def test_the_moment_vanishes_at_the_free_curvature(law: RidgeNetwork) -> None:
 
 # The root is that of a sum of ridges, whatever symmetry these are from.
 @pytest.mark.parametrize(
-    "symmetry", [pytest.param(name, marks=[pytest.mark.slow] if name != "mirror" else []) for name in SYMMETRIES]
+    "symmetry",
+    [pytest.param(name, marks=[pytest.mark.slow] if name != "mirror" else []) for name in SYMMETRIES],
 )
 def test_the_free_curvature_has_the_slopes_of_a_root(symmetry: str) -> None:
     """By forward and reverse mode, and of second order; a difference of fourth order errs by some 1e-9."""
@@ -185,6 +187,28 @@ def test_a_law_without_a_root_says_so() -> None:
         curvature_scale=1.0,
     )
     assert np.isnan(runaway.settled().free_curvature).all()
+
+
+@pytest.mark.parametrize("start", [-2.5, 2.5])
+def test_a_root_that_is_many_steps_away_is_found(start: float) -> None:
+    """The moment rises everywhere, but so little in places that whole steps of Newton's method never end."""
+
+    def moment(x: float) -> float:
+        return 1.7 * x + 0.9 - 1.55 * (1.0 + x * x) ** -2
+
+    law = RidgeLaw(
+        directions=jnp.eye(3)[:1],
+        free_curvature=jnp.array([start, 0.3, -0.2]),
+        constant=jnp.zeros(()),
+        slope=jnp.array([0.9, 0.0, 0.0]),
+        quadratic=jnp.diag(jnp.array([1.7, 1.0, 1.0])),
+        offsets=jnp.zeros(1),
+        weights=jnp.array([-1.55]),
+        energy_scale=1.0,
+        curvature_scale=1.0,
+    )
+    root = brentq(moment, -3.0, 3.0, xtol=1e-14)
+    np.testing.assert_allclose(law.settled().free_curvature, [root, 0.0, 0.0], atol=1e-13)
 
 
 def test_mirror_images_have_the_same_potential() -> None:

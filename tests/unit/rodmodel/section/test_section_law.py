@@ -160,6 +160,29 @@ def test_three_turns_are_none() -> None:
     np.testing.assert_allclose(there_and_on.volume(u, p), law.volume(u, p), rtol=1e-12)
 
 
+class CountedLaw(SectionLaw):
+    """A linear law that counts how often it is traced."""
+
+    law: LinearLaw
+    times: list[int] = eqx.field(static=True)
+
+    def at(self, pressure: Array) -> CurvatureLaw:
+        self.times[0] += 1
+        return self.law.at(pressure)
+
+
+def test_laws_of_one_shape_share_a_compilation() -> None:
+    """Their scales are numbers to it, not constants."""
+    (u, p), *_ = states()
+    times, volumes = [0], []
+    for scale in (1.0, 1.2):
+        law = CountedLaw(LinearLaw(scale * jnp.eye(3), jnp.zeros((3, 3)), scale * 15e-6), times)
+        volumes.append(float(law.volume(u, p)[0]))
+        traced = times[0] if scale == 1.0 else traced
+    assert times[0] == traced > 0
+    np.testing.assert_allclose(volumes, [15e-6, 18e-6], rtol=1e-14)
+
+
 def test_the_linear_law_has_its_constants() -> None:
     law = synthetic.linear_law()
     (u, p), *_ = states()

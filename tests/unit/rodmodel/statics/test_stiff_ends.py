@@ -30,16 +30,16 @@ def rods() -> tuple[Rod, Rod]:
 @pytest.mark.parametrize("loads", [{}, pytest.param({"tip_force": FORCE}, marks=pytest.mark.slow)])
 def test_it_is_a_shorter_rod_with_a_longer_cap(loads) -> None:
     """Without weight, of which the stiff tip has a part; the same equations, to rounding."""
-    ours, by_hand = rods()
+    ours, put_together = rods()
     stiff = ours.solve(PRESSURE, **loads)
-    other = by_hand.solve(PRESSURE, **loads)
+    other = put_together.solve(PRESSURE, **loads)
     for name in ("tip_position", "tip_rotation", "bending_angle", "bending_plane"):
         np.testing.assert_allclose(getattr(stiff, name), getattr(other, name), atol=1e-12)
     s = jnp.linspace(0.0, 0.066, 7)
     np.testing.assert_allclose(stiff.centreline(s), other.centreline(s), atol=1e-12)
     np.testing.assert_allclose(stiff.frames(s), other.frames(s), atol=1e-12)
     # Chambers go on through the stiff end.
-    share = ours.actuator.body_length / by_hand.actuator.body_length
+    share = ours.actuator.body_length / put_together.actuator.body_length
     np.testing.assert_allclose(stiff.chamber_volume, share * other.chamber_volume, rtol=1e-12)
 
 

@@ -12,13 +12,13 @@ from tests.fem_fixtures import TINY, load_of
 MESH = 1e-5
 
 
-def test_chambers_2_and_3_are_mirror_images_at_psi_0(cell):
+def test_chambers_2_and_3_are_mirror_images_at_psi_0(small_cell):
     """y ↦ −y swaps chambers 2 and 3, and takes the axial vectors u and m to (−u1, u2, −u3)."""
     pressure, moment = (8e3, 12e3, 3e3), (1e-4, -2e-4, 5e-5)
-    state = cell.solve(Load(pressure, moment=moment))
+    state = small_cell.solve(Load(pressure, moment=moment))
     mirror = np.array([-1.0, 1.0, -1.0])
     swap = [0, 2, 1]
-    image = cell.solve(load_of(np.take(pressure, swap), mirror * moment))
+    image = small_cell.solve(load_of(np.take(pressure, swap), mirror * moment))
     size = float(np.linalg.norm(state.curvature))
     # All three components are at work.
     assert np.abs(state.curvature).min() > 0.05 * size

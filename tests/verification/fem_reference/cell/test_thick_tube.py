@@ -70,8 +70,11 @@ def inflate(mesh: BodyMesh, pressure: float, bulk: float) -> np.ndarray:
     free = np.flatnonzero(~held.ravel())
     number = np.full(held.size, -1)
     number[free] = np.arange(len(free))
-    groups = [solid.connectivity, *(patch.connectivity for patch in patches)]
-    dofs = [number[3 * nodes[:, :, None] + np.arange(3)].reshape(len(nodes), -1) for nodes in groups]
+    groups = {"solid": solid, **{f"wall {k}": patch for k, patch in enumerate(patches)}}
+    dofs = {
+        name: number[3 * group.connectivity[:, :, None] + np.arange(3)].reshape(len(group.connectivity), -1)
+        for name, group in groups.items()
+    }
     none = np.empty(0, np.int64)
     pattern, solver = SparsePattern(len(free), dofs, (none, none)), default_solver()
     x, element_pressure = mesh.points.copy(), np.zeros((len(solid), solid.modes))
@@ -80,10 +83,10 @@ def inflate(mesh: BodyMesh, pressure: float, bulk: float) -> np.ndarray:
             force, stiffness, volume_gradient, constitutive = solid.response(x, element_pressure)
             residual = assemble(solid.connectivity, force, len(x))
             data = np.zeros(len(pattern))
-            pattern.add_group(data, 0, stiffness)
-            for group, patch in enumerate(patches, start=1):
+            pattern.add_group(data, "solid", stiffness)
+            for k, patch in enumerate(patches):
                 residual -= load * assemble(patch.connectivity, patch.gradient(x), len(x))
-                pattern.add_group(data, group, -load * patch.hessian(x))
+                pattern.add_group(data, f"wall {k}", -load * patch.hessian(x))
             if np.abs(residual.ravel()[free]).max() <= 1e-10:
                 break
             solver.factorise(pattern.matrix(data), pattern.revision)

@@ -55,6 +55,7 @@ def test_bending_grows_with_the_pressure_and_stays_in_its_plane(path):
         assert np.abs(state.curvature[[0, 2]]).max() <= 1e-3 * abs(state.curvature[1])
 
 
+@pytest.mark.slow  # stored points say so as well: `validation/test_paper_claims.py`
 def test_chamber_1_which_faces_a_crossing_bends_the_most(cell, path):
     """At ψ = 0 chamber 1 is the least stiff; 2 and 3, which the winding alone sets apart, are stiffer."""
     other = cell.solve(Load((0.0, 45e3, 0.0)))
@@ -71,6 +72,7 @@ def test_states_in_contact_are_in_equilibrium(path):
         np.testing.assert_allclose(state.moment, 0.0, rtol=0, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_steps_that_are_long_end_on_the_same_branch_as_short_ones():
     """A section between rings has a second equilibrium under these loads, 4.6 degrees from the first.
 

@@ -18,7 +18,7 @@ run: setup ## predict one bend, and draw it
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
 
-# From what ships: the files with numbers above 00, which make the finite-element points of the figures.
+# From what ships. The finite-element points of the figures are made by `examples-full`.
 EXAMPLES := $(wildcard examples/[0-9]*.py)
 
 # Side by side, each one's output in one piece: most of their time is compilation, on one core. The control loop

@@ -1,1 +1,1 @@
-"""From sweeps of the finite-element cell to a fitted, judged section law."""
+"""Calibration of section laws: sweeps of the finite-element cell, fit, and comparison with the actuator."""

@@ -1,4 +1,4 @@
-"""Progress of long work on a terminal, with its rate and the time left."""
+"""Progress bar for long work, with rate and remaining time."""
 
 import contextlib
 import sys
@@ -16,7 +16,7 @@ from rich.progress import (
 )
 from rich.text import Text
 
-Advance = Callable[[int, str], None]  # units done since the last call, what is being done
+Advance = Callable[[int, str], None]  # units done since the last call, description
 
 
 class _Rate(ProgressColumn):
@@ -30,13 +30,13 @@ class _Rate(ProgressColumn):
 
 @contextlib.contextmanager
 def progress_bar(total: int, unit: str, show: bool | None = None) -> Iterator[Advance]:
-    """A bar on stderr; silent where that is no terminal, unless told otherwise.
+    """Show a progress bar on standard error.
 
     Parameters
     ----------
-    total : units of work to come.
-    unit : their name, in the plural.
-    show : None shows it on a terminal.
+    total : number of units of work.
+    unit : plural name of the unit.
+    show : whether to show it; if None, only on a terminal.
     """
     bar = Progress(
         TextColumn("{task.description}"),

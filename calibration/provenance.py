@@ -1,4 +1,4 @@
-"""Where a dataset or a calibration comes from."""
+"""Provenance of datasets and calibrations: code version, date, checksum."""
 
 import hashlib
 import subprocess
@@ -8,7 +8,7 @@ from pathlib import Path
 
 
 def code_version() -> str:
-    """``git describe`` of the checkout that runs, else the installed package's version."""
+    """Return ``git describe`` of the running checkout, or else the version of the installed package."""
     here = Path(__file__).resolve().parent
     command = ["git", "-C", str(here), "describe", "--always", "--dirty", "--tags", "--exclude", "*/*"]
     try:
@@ -24,10 +24,10 @@ def code_version() -> str:
 
 
 def today() -> str:
-    """The date, UTC, as 2023-12-31."""
+    """Return the UTC date as 2023-12-31."""
     return datetime.now(UTC).date().isoformat()
 
 
 def sha256(file: Path) -> str:
-    """Hex digest of a file."""
+    """Return the hexadecimal SHA-256 digest of a file."""
     return hashlib.sha256(file.read_bytes()).hexdigest()

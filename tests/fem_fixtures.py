@@ -28,6 +28,10 @@ TINY = MeshLevel(2, 4, 2, 2, 1, 1, 1, 0.75)
 QUADRATIC = MeshLevel(2, 2, 1, 2, 1, 1, 1, 1.5, order=2)
 
 
+# Orders of elements whose kernels are compiled: the one of quadratic elements takes half a minute.
+ORDERS = [pytest.param(1, id="linear"), pytest.param(2, id="quadratic", marks=pytest.mark.slow)]
+
+
 def difference(function: Callable[..., np.ndarray | float], step: float) -> np.ndarray:
     """Fourth-order central difference of ``function`` at zero.
 

@@ -1,4 +1,4 @@
-"""What base and cap do to the rod, from runs of the full actuator."""
+"""Effects of base and cap on the rod, fitted to runs of the full actuator."""
 
 from calibration.ends.fit import Compliance as Compliance
 from calibration.ends.fit import Ends as Ends

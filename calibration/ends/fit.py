@@ -1,12 +1,11 @@
-"""The ends of an actuator, from runs of the full one: how far they give, and where body and cap go in them.
+"""Fit of an actuator's ends to runs of the full actuator: their compliance, and the poses of body and cap.
 
-Two things are fitted to the unloaded states of the ``fit`` runs, and to nothing else. The compliance of the
-ends along the rod is that with which the cell has the curvature of the actuator's middle. With the cell of
-that compliance in the middle, five numbers of `rodmodel.Actuator` take the arc to the tip's pose: to its
-position and to that of a point half a body's length ahead of it; a sixth takes the cell's chamber volumes to
-the actuator's. What the base holds back is a moment, and the cell's own stiffness says how far it turns; it
-is told relative to that of the cell at rest. The cell is on the runs' mesh, so that neither the mesh nor a
-law's error goes into the numbers.
+All numbers are fitted to the unloaded states of the ``fit`` runs only. First the axial compliance of the ends:
+with it the cell has the curvature of the actuator's middle. Then, with the cell of that compliance, five
+numbers of `rodmodel.Actuator` fit the arc to the tip's pose: its position, and that of a point half a body's
+length ahead of it. A sixth fits the cell's chamber volumes to the actuator's. The base acts by a moment; the
+rotation follows from the cell's stiffness, relative to the stiffness at rest. The cell has the mesh of the
+runs, so that neither the mesh nor the error of a law affects the numbers.
 """
 
 from dataclasses import dataclass, replace
@@ -20,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from calibration.truth import TruthError, case_of, free_states, truth_level
 from fem_reference import CellState, Load, PeriodCell, follow
 
-#: What is fitted, by the names of `rodmodel.Actuator`, and the size of one unit in the search.
+#: Fitted parameters, by the names of `rodmodel.Actuator`, with their units in the search.
 PARAMETERS = {
     "base_turn": 1e-6,
     "base_lag": 1e-3,
@@ -35,14 +34,14 @@ _BENDING_AXES = np.stack([np.sin(_AZIMUTHS), -np.cos(_AZIMUTHS), np.zeros(3)], a
 
 @dataclass(frozen=True)
 class Compliance:
-    """How far the ends give along the rod.
+    """Compliance of the ends along the rod.
 
     Parameters
     ----------
-    value, standard_error : [m/N].
-    before, after : root mean square of the bending angle of a body's length of the cell, less that of the
-        actuator's middle, with ends that hold and with ends that give so [rad].
-    states : how many it was fitted to.
+    value, standard_error : compliance and its standard error [m/N].
+    before, after : root mean square difference of bending angle between the cell and the actuator's middle,
+        over a body's length, with rigid and with compliant ends [rad].
+    states : number of fitted states.
     """
 
     value: float
@@ -54,17 +53,17 @@ class Compliance:
 
 @dataclass(frozen=True)
 class Ends:
-    """Fitted ends, and how well they do.
+    """Fitted ends and their errors.
 
     Parameters
     ----------
-    values, standard_errors : by the names of `rodmodel.Actuator`, SI units.
-    before, after : root mean square of the tip's distance from that of the arc, without and with them [m].
-    turn_before, turn_after : the same of the angle between the caps' axes [rad].
-    volume_before, volume_after : the same of a chamber's volume [m³].
-    angle_median, angle_p90, angle_worst : of the error of the bending angle on runs that were left out in
-        turn, the ends fitted to the others [rad].
-    states : how many they were fitted to.
+    values, standard_errors : fitted values and standard errors, by the names of `rodmodel.Actuator` [SI].
+    before, after : root mean square error of the tip position, without and with the ends [m].
+    turn_before, turn_after : root mean square angle between the caps' axes, likewise [rad].
+    volume_before, volume_after : root mean square error of a chamber's volume, likewise [m³].
+    angle_median, angle_p90, angle_worst : median, 90th percentile and worst error of the bending angle in
+        leave-one-run-out cross-validation [rad].
+    states : number of fitted states.
     """
 
     values: dict[str, float]
@@ -84,47 +83,48 @@ class Ends:
 def fit_compliance(truth: xr.Dataset, body_length: float, trial: float) -> Compliance:
     """Fit the compliance of the ends to the curvature in the middle of the actuator.
 
-    The cell's curvature per length of the rod is taken as linear in the compliance, which it is to some
-    percent of its change; so the answer is as good as ``trial`` is near.
+    The cell's curvature per length of the rod is linearised in the compliance, which is accurate to some
+    percent of the change; so ``trial`` should be near the result.
 
     Parameters
     ----------
     truth : runs of one winding.
-    body_length : of the actuator [m].
-    trial : compliance at which the cell is computed, besides at none [m/N].
+    body_length : body length of the actuator [m].
+    trial : compliance at which the cell is computed, besides zero [m/N].
 
     Raises
     ------
     TruthError
-        Where the truth has no unloaded state of a fit run.
+        If the truth has no unloaded state of a fit run.
     """
     chosen = _fit_states(truth)
     middle = body_length * chosen["middle_curvature"].values
-    held, given = (body_length * _per_rod(cell_bending(chosen, c)) for c in (0.0, trial))
-    slope, gap = (given - held)[:, :2].ravel(), (middle - held)[:, :2].ravel()
+    rigid, compliant = (body_length * _per_rod(cell_bending(chosen, c)) for c in (0.0, trial))
+    slope, gap = (compliant - rigid)[:, :2].ravel(), (middle - rigid)[:, :2].ravel()
     share = float(slope @ gap / (slope @ slope))
-    left = gap - share * slope
-    spread = float(left @ left) / max(len(gap) - 1, 1)
+    residual = gap - share * slope
+    variance = float(residual @ residual) / max(len(gap) - 1, 1)
     count = chosen.sizes["state"]
     return Compliance(
         value=share * trial,
-        standard_error=float(np.sqrt(spread / (slope @ slope))) * trial,
+        standard_error=float(np.sqrt(variance / (slope @ slope))) * trial,
         before=float(np.sqrt(gap @ gap / count)),
-        after=float(np.sqrt(left @ left / count)),
+        after=float(np.sqrt(residual @ residual / count)),
         states=count,
     )
 
 
 def fit_shear(truth: xr.Dataset) -> tuple[float, float] | None:
-    """Fit how far sections lean against the axis under a force across them, to loaded states of ``fit`` runs.
+    """Fit the shear compliance of the sections to loaded states of ``fit`` runs.
 
     Parameters
     ----------
-    truth : of `gather`.
+    truth : dataset of `gather`.
 
     Returns
     -------
-    compliance, standard_error : [1/N]; None where no such state tells its sections' frames.
+    compliance, standard_error : shear angle per transverse force and its standard error [1/N]; None if no
+        such state has its sections' frames.
     """
     forced = truth["tip_force"].values.any(axis=1) & np.isfinite(truth["middle_shear"].values).all(axis=1)
     chosen = truth.isel(state=np.flatnonzero(forced & (truth["role"].values == "fit")))
@@ -132,23 +132,23 @@ def fit_shear(truth: xr.Dataset) -> tuple[float, float] | None:
         return None
     force, lean = chosen["middle_force"].values.ravel(), chosen["middle_shear"].values.ravel()
     value = float(force @ lean / (force @ force))
-    left = lean - value * force
-    return value, float(np.sqrt(left @ left / (len(force) - 1) / (force @ force)))
+    residual = lean - value * force
+    return value, float(np.sqrt(residual @ residual / (len(force) - 1) / (force @ force)))
 
 
 def fit_ends(truth: xr.Dataset, body_length: float, cap_length: float, compliance: float) -> Ends:
-    """Fit what the ends do to the unloaded states of the ``fit`` runs.
+    """Fit the ends to the unloaded states of the ``fit`` runs.
 
     Parameters
     ----------
     truth : runs of one winding.
-    body_length, cap_length : of the actuator [m].
-    compliance : of the ends, in the cell [m/N].
+    body_length, cap_length : body and cap length of the actuator [m].
+    compliance : compliance of the ends in the cell [m/N].
 
     Raises
     ------
     TruthError
-        Where the truth has no such state.
+        If the truth has no such state.
     """
     chosen = _fit_states(truth)
     cell = cell_bending(chosen, compliance)
@@ -200,24 +200,31 @@ def fit_ends(truth: xr.Dataset, body_length: float, cap_length: float, complianc
 def _held_length(
     body_length: float, cell: Float[np.ndarray, "cells 3"], actuator: Float[np.ndarray, "states 3"]
 ) -> tuple[float, float, float, float]:
-    """Length over which the ends hold the chambers at rest, its standard error [m], root mean squares [m³].
+    """Return the held length, its standard error [m], and root mean square volume errors [m³].
 
-    Volumes per length of the cell, at rest and then at the states [m²], and of the actuator [m³].
+    Over the held length the ends keep the chambers in their rest shape. ``cell`` has volumes per length, at
+    rest and then at the states [m²]; ``actuator`` has volumes at the states [m³].
     """
     change = body_length * (cell[1:] - cell[0]).ravel()
     excess = (body_length * cell[1:] - actuator).ravel()
     share = float(change @ excess / (change @ change))
-    left = excess - share * change
-    error = float(np.sqrt(left @ left / (left.size - 1) / (change @ change)))
-    before, after = (float(np.sqrt(np.mean(part**2))) for part in (excess, left))
+    residual = excess - share * change
+    error = float(np.sqrt(residual @ residual / (residual.size - 1) / (change @ change)))
+    before, after = (float(np.sqrt(np.mean(part**2))) for part in (excess, residual))
     return share * body_length, error * body_length, before, after
 
 
 @dataclass(frozen=True)
 class _Poses:
-    """What the cell does under the pressures [Pa], and where the actuator's cap is.
+    """Response of the cell, and pose of the actuator's cap, at each state.
 
-    Curvature [1/m], compliance times the stiffness at rest, position [m] and axis.
+    Parameters
+    ----------
+    curvature : curvature of the cell [1/m].
+    pressure : pressures [Pa].
+    softness : bending compliance of the cell, relative to that at rest.
+    tip, axis : position [m] and axis of the cap.
+    body_length, cap_length : lengths of the actuator [m].
     """
 
     curvature: Float[np.ndarray, "n 3"]
@@ -229,7 +236,7 @@ class _Poses:
     cap_length: float
 
     def where(self, chosen: Bool[np.ndarray, " n"]) -> "_Poses":
-        """Some of them."""
+        """Return the chosen states."""
         return replace(
             self,
             curvature=self.curvature[chosen],
@@ -240,7 +247,7 @@ class _Poses:
         )
 
     def misses(self, values: Float[np.ndarray, " m"]) -> tuple[np.ndarray, np.ndarray]:
-        """Of the tip's position [m] and of the cap's axis, with ends of these values."""
+        """Return the errors of tip position [m] and cap axis, with ends of these values."""
         named = dict(zip(PARAMETERS, values.tolist(), strict=True))
         position, along = tip_between_ends(
             self.curvature, self.pressure, self.softness, self.body_length, self.cap_length, **named
@@ -248,14 +255,14 @@ class _Poses:
         return position - self.tip, along - self.axis
 
     def angle_errors(self, values: Float[np.ndarray, " m"]) -> Float[np.ndarray, " n"]:
-        """Of the bending angle [rad]."""
+        """Return the errors of the bending angle [rad]."""
         _, missed = self.misses(values)
         ours, theirs = ((axis[:, 2]).clip(-1.0, 1.0) for axis in (self.axis + missed, self.axis))
         return np.asarray(np.abs(np.arccos(ours) - np.arccos(theirs)))
 
 
 def _least_squares(poses: _Poses) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Best values in the units of `PARAMETERS`, residuals and their derivatives."""
+    """Return the best values in the units of `PARAMETERS`, the residuals and their Jacobian."""
     units = np.array(list(PARAMETERS.values()))
 
     def residual(x: Float[np.ndarray, " m"]) -> np.ndarray:
@@ -280,20 +287,20 @@ def tip_between_ends(
     tip_offset: float,
     tip_offset_curvature: float,
 ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
-    """Centre of the cap's outer face [m], and the cap's axis, of arcs between ends.
+    """Return the centre of the cap's outer face [m] and the cap's axis, for arcs between ends.
 
     Parameters
     ----------
-    curvature : of the arcs [1/m].
-    pressure : of the chambers [Pa].
-    softness : compliance of the section times the bending stiffness that ``base_turn`` and ``base_lag`` are
-        told for.
-    body_length, cap_length : of the actuator [m].
+    curvature : curvatures of the arcs [1/m].
+    pressure : chamber pressures [Pa].
+    softness : compliance of the section times the bending stiffness to which ``base_turn`` and ``base_lag``
+        refer.
+    body_length, cap_length : lengths of the actuator [m].
     base_turn, base_lag, stiff_tip, tip_offset, tip_offset_curvature : see `rodmodel.Actuator`.
     """
     turn = curvature * (body_length - stiff_tip)
     end = Rotation.from_rotvec(turn).as_matrix()
-    # ∫ exp(û s) ds over the arc, by Gauss's rule of 20 points, exact to rounding up to a full turn.
+    # ∫ exp(û s) ds over the arc by 20-point Gauss quadrature, exact to round-off up to a full turn.
     nodes, weights = np.polynomial.legendre.leggauss(20)
     along = np.zeros_like(curvature)
     for node, weight in zip(0.5 * (nodes + 1.0), 0.5 * weights, strict=True):
@@ -346,14 +353,16 @@ def cell_bending(states: xr.Dataset, compliance: float) -> Bending:
 
 
 def _per_rod(cell: Bending) -> Float[np.ndarray, "n 3"]:
-    """Curvature per length of the rod, which the silicone slides along [1/m]."""
+    """Return the curvature per length of the rod, along which the silicone slides [1/m]."""
     return cell.curvature / cell.stretch[:, None]
 
 
 def _fit_states(truth: xr.Dataset) -> xr.Dataset:
     chosen = truth.isel(state=free_states(truth) & (truth["role"].values == "fit"))
     if chosen.sizes["state"] == 0:
-        raise TruthError("truth: got no unloaded state of a fit run, expected some to fit the ends to")
+        raise TruthError(
+            "truth: got no unloaded state of a fit run, expected at least one to fit the ends to"
+        )
     return chosen
 
 

@@ -1,4 +1,4 @@
-"""Which runs of the full actuator tell of a winding's ends: its own, or those of the paper's winding."""
+"""Choice of the runs for a winding's ends: its own, or those of the paper's winding."""
 
 import math
 
@@ -8,22 +8,22 @@ import xarray as xr
 from calibration.truth import case_of, layout_of
 from rodmodel import Layout
 
-#: The winding whose ends those have that no fit run tells of.
+#: Windings without fit runs of their own get the ends of this one.
 PAPER = Layout("double-helix", 0.0, 3e-3)
 
 
 def runs_for(truth: xr.Dataset, layout: Layout) -> tuple[Layout, xr.Dataset]:
-    """Choose the runs that tell of a layout's ends.
+    """Choose the runs for a layout's ends.
 
     Parameters
     ----------
-    truth : of `gather`.
-    layout : of the law whose ends are asked for.
+    truth : dataset of `gather`.
+    layout : layout of the law.
 
     Returns
     -------
-    winding : that layout where fit runs of it are there, else the paper's.
-    runs : of that winding.
+    winding : the layout if there are fit runs of it, else the paper's.
+    runs : runs of that winding.
     """
     names = truth["case"].values
     layouts = {name: layout_of(case_of(name).winding) for name in dict.fromkeys(names)}

@@ -73,13 +73,11 @@ class MeasuredFit:
 def fit_measured(
     rod: Rod, measured: Measured, noise: Noise, wall: OuterWall | None = None, insist: bool = False
 ) -> MeasuredFit:
-    """Estimate the parameters of [`AdjustedLaw`][] by weighted nonlinear least squares.
+    """Estimate the parameters of `AdjustedLaw` by weighted nonlinear least squares.
 
     Standard errors are those of the linearised model, from (JᵀJ)⁻¹ of the Jacobian over the noise. Intervals
-    are of the profile of the squares, as the law bends within them; see
-    [`profile_intervals`][calibration.measured.profile_intervals.profile_intervals]. What the data do not tell
-    is found at the default and held there; see [`identify`][calibration.measured.identifiability.identify].
-    Repeats of a state count as one measurement.
+    are of the profile of the squares, as the law bends within them; see `profile_intervals`. What the data do
+    not tell is held at its default; see `identify`. Repeats of a state count as one measurement.
 
     Parameters
     ----------

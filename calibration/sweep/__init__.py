@@ -1,4 +1,4 @@
-"""Sweeps of the cell: design of paths, tracing, run directory, dataset."""
+"""Sweeps of the cell: design of paths, path tracing, run directory, dataset."""
 
 from calibration.sweep.dataset import DatasetError as DatasetError
 from calibration.sweep.dataset import attributes as attributes

@@ -1,7 +1,7 @@
-"""Loading paths side by side on a dask cluster that is there already.
+"""Loading paths in parallel on an existing dask cluster.
 
-A scheduler runs what its clients send it, and a client runs what comes back: each side trusts the other with
-its own user's rights. Keys for ``tls://`` addresses are those of dask's configuration.
+A scheduler runs code from its clients, and a client unpickles what comes back: each side has the other's
+rights. Keys for ``tls://`` addresses come from dask's configuration.
 """
 
 import contextlib
@@ -16,40 +16,40 @@ from calibration.sweep.design import LoadingPath
 from calibration.sweep.errors import NoSchedulerError, WorkersDiedError
 from calibration.sweep.tracing import Trace, records_of
 
-_POLL = 0.2  # [s]
-_CONNECT = 10.0  # [s]
+_POLL = 0.2  # wait between looks for records [s]
+_CONNECT = 10.0  # time to connect to the scheduler [s]
 
 
 def trace_on_cluster(
     make_trace: Callable[[], Trace], paths: Mapping[str, LoadingPath], scheduler: str
 ) -> Generator[tuple[str, dict[str, Any]], None, None]:
-    """Trace paths on the workers of a cluster, whose processes are left as they are.
+    """Trace paths on the workers of a cluster, whose processes keep running.
 
     Parameters
     ----------
     make_trace : see `run_sweep`.
-    paths : by their names, in the order in which to begin them.
-    scheduler : its address.
+    paths : paths by name, in the order in which to begin them.
+    scheduler : address of the scheduler.
 
     Yields
     ------
-    name of a path and a record of it, as soon as it is found; a record may come more than once.
+    name of a path and a record of it, as soon as it is computed; a record may come more than once.
 
     Raises
     ------
     NoSchedulerError
         If no scheduler answers there, or it asks for a certificate that dask's configuration does not name.
     WorkersDiedError
-        If processes died again and again on one path.
+        If processes died repeatedly on one path.
     """
     try:
         client = Client(scheduler, timeout=_CONNECT)
     except (OSError, TypeError, ValueError) as error:  # TypeError: tls:// without keys
         raise NoSchedulerError(f"no scheduler answers at {scheduler}: {error}") from error
     topic = f"sweep-{uuid.uuid4()}"
-    told: queue.SimpleQueue[tuple[str, dict[str, Any]]] = queue.SimpleQueue()
+    events: queue.SimpleQueue[tuple[str, dict[str, Any]]] = queue.SimpleQueue()
     with client:
-        client.subscribe_topic(topic, lambda event: told.put(event[1]))
+        client.subscribe_topic(topic, lambda event: events.put(event[1]))
         futures = {
             client.submit(_trace, make_trace, path, topic, pure=False, priority=-number): name
             for number, (name, path) in enumerate(paths.items())
@@ -59,10 +59,10 @@ def trace_on_cluster(
             done = _done(left)
             with contextlib.suppress(queue.Empty):
                 while True:
-                    yield told.get_nowait()
+                    yield events.get_nowait()
             for future in done:
                 try:
-                    # All of the path: what was told of it may still be on its way.
+                    # All records of the path: events may still be on their way.
                     records = future.result()
                 except KilledWorker as error:
                     raise WorkersDiedError(futures[future]) from error

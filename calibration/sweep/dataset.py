@@ -1,4 +1,4 @@
-"""The labelled dataset of a sweep: value, gradient and Hessian of the section potential at every state."""
+"""Labelled dataset of a sweep: value, gradient and Hessian of the section potential at every state."""
 
 import json
 import reprlib
@@ -20,13 +20,13 @@ ARGUMENTS = (*AXES, "p1", "p2", "p3")
 
 
 class Variable(NamedTuple):
-    """A number of each state.
+    """A variable of each state.
 
     Parameters
     ----------
-    name, unit, meaning : as the file has them.
-    dims : beside "state".
-    least, most : its range, both included.
+    name, unit, meaning : name, unit and description in the file.
+    dims : dimensions after "state".
+    least, most : inclusive range.
     """
 
     name: str
@@ -57,19 +57,19 @@ _LENGTHS = {"chamber": 3, "axis": 3, "row": 6, "column": 6}
 
 
 class DatasetError(ValueError):
-    """A file is not a dataset of a sweep, or lacks something that is needed of it."""
+    """Error for a file that is not a complete dataset of a sweep."""
 
 
 def build_dataset(
     paths: Sequence[LoadingPath], records: Mapping[str, PathRecord], provenance: Mapping[str, Any]
 ) -> xr.Dataset:
-    """Gather the states of a run's paths.
+    """Collect the states of a run's paths.
 
     Parameters
     ----------
-    paths : of the design.
-    records : by the path's name; a path without a record counts as unfinished.
-    provenance : goes into the attributes; nested values as JSON.
+    paths : paths of the design.
+    records : records by path name; a path without a record is unfinished.
+    provenance : attributes of the dataset; nested values become JSON.
 
     Returns
     -------
@@ -118,27 +118,27 @@ def build_dataset(
 
 
 def save_dataset(dataset: xr.Dataset, file: Path) -> None:
-    """Write netCDF, compressed; what was there stays until the new file is whole."""
+    """Write compressed netCDF, atomically."""
     numeric = [name for name, variable in dataset.data_vars.items() if variable.dtype.kind in "fiub"]
     encoding = {name: {"zlib": True, "complevel": 5, "shuffle": True} for name in numeric}
-    # By way of memory: HDF5 crashes the process where the disk is full.
+    # Through memory: HDF5 crashes the process if the disk is full.
     write_atomically(file, bytes(dataset.to_netcdf(engine="h5netcdf", encoding=encoding)))
 
 
 def load_dataset(file: Path) -> xr.Dataset:
-    """Read a dataset into memory, checked for what a fit needs, in its ranges.
+    """Read a dataset into memory and check the variables and ranges that a fit needs.
 
     Raises
     ------
     DatasetError
-        One line that names the file and what is wrong with it.
+        With one line that names the file and the fault.
     """
     try:
         dataset = xr.load_dataset(file, engine="h5netcdf")
     except (OSError, ValueError, KeyError, RuntimeError) as error:
-        told = " ".join(str(error).split())
+        reason = " ".join(str(error).split())
         raise DatasetError(
-            f"dataset: cannot read {file} as netCDF ({told}); expected a file of `run`"
+            f"dataset: cannot read {file} as netCDF ({reason}); expected a file of `run`"
         ) from error
     needed = [variable.name for variable in VARIABLES] + ["path", "role", "psi"]
     missing = [name for name in needed if name not in dataset]
@@ -153,7 +153,7 @@ def load_dataset(file: Path) -> xr.Dataset:
 
 
 def _refuse_states(dataset: xr.Dataset) -> None:
-    """Raise a ValueError where states are none, or their numbers are out of range."""
+    """Raise a ValueError if there are no states, or their numbers are out of range."""
     states = dataset.sizes.get("state", 0)
     if not states:
         raise ValueError("got no states, expected at least one")
@@ -171,29 +171,29 @@ def _refuse_states(dataset: xr.Dataset) -> None:
                 f"expected numbers from {variable.least:g} to {variable.most:g} {variable.unit}"
             )
     psi = dataset["psi"]
-    # NaN where the winding has no orientation.
+    # NaN if the winding has no orientation.
     if psi.dims != ("state",) or psi.dtype.kind != "f" or not (np.isnan(psi) | (np.abs(psi) <= 100.0)).all():
         raise ValueError("psi: got numbers beyond ±100 rad, expected an orientation of each state")
     if dataset["path"].dims != ("state",) or dataset["role"].dims != ("state",):
-        raise ValueError("path, role: got no word of each state, expected one")
+        raise ValueError("path, role: got other dimensions, expected one text for each state")
     strange = set(map(str, dataset["role"].values)) - set(ROLES)
     if strange:
         raise ValueError(f"role: got {sorted(strange)[0]!r}, expected {' or '.join(ROLES)}")
 
 
 def attributes(dataset: xr.Dataset) -> dict[str, Any]:
-    """The provenance as it was given to `build_dataset`.
+    """Return the provenance that `build_dataset` was given.
 
     Raises
     ------
     ValueError
-        Where one of them is broken JSON.
+        If an attribute is broken JSON.
     """
     return {name: _unflat(name, value) for name, value in dataset.attrs.items()}
 
 
 def _flat(attrs: Mapping[str, Any]) -> dict[str, Any]:
-    """NetCDF attributes are text or numbers; everything else goes in as JSON."""
+    """Return attributes for netCDF, which allows text and numbers; other values become JSON."""
     return {
         name: value if type(value) in (str, int, float) else json.dumps(value)
         for name, value in attrs.items()

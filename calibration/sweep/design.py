@@ -1,10 +1,10 @@
-"""Which states a calibration samples: loading paths that a continuation can follow.
+"""Design of experiments: loading paths for continuation, whose states a calibration samples.
 
-Every path starts at the unloaded section and moves in steps small enough for the cell solver. Pressures only
-rise along it: where partition walls buckle the cell has several branches, and the law is that of loading.
-Paths are drawn from a seed and given their role (``train`` or ``held-out``) before anything is computed; the
-held-out ones come from a random stream of their own, so that adding training paths never changes what judges
-them. Kinds are interleaved: any leading part of a design is a balanced, smaller design.
+Every path starts at the unloaded section, in steps small enough for the cell solver. Pressures only rise along
+it: beyond buckling of the partition walls the cell has several branches, and the law is for loading. Paths
+and their roles (``train`` or ``held-out``) are drawn from a seed before anything is computed; held-out paths
+have their own random stream, so that more training paths do not change them. Kinds are interleaved: any
+leading part of a design is a balanced, smaller design.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,37 +22,37 @@ from rodmodel import Domain
 
 _PLASTIC = 1.324717957244746  # root of x³ = x + 1
 _GOLDEN = 0.618033988749895
-_OVER = 1.1  # ends of a range included
-ROUNDS = 2  # of the named directions, where every path has another winding
-# The triangle of pressure shares is stretched by this about its centre; what is then outside goes on an edge.
+_OVER = 1.1  # stretch of a range about its middle before clipping, so that some values lie at its ends
+ROUNDS = 2  # rounds of the named directions, if every path has its own winding
+# Stretch of the triangle of pressure shares about its centre; points outside are moved to an edge.
 _STRETCH = 1.2
 
 Role = Literal["train", "held-out"]
 Vector = NDArray[np.float64]
 
-# Of the largest step, where one chamber, two or all are alone: these are what actuators are mostly run under,
-# and near their ends angles grow fastest.
+# Step of the named directions (one chamber, two, or all alike) relative to the largest step: actuators run
+# mostly under these loads, and near their ends angles grow fastest.
 _NAMED_STEP = 0.5
-HELD_OUT_EVERY = 5  # every fifth path judges, the others train
-MOMENT_STEPS = 2  # steps over which a continuation takes the largest moment
+HELD_OUT_EVERY = 5  # every fifth path is held out
+MOMENT_STEPS = 2  # least number of load steps to the largest moment
 
 
 def edge(domain: Domain, direction: Vector) -> Vector:
-    """Where the ray from zero pressure along a direction leaves the domain, shape (3,) [Pa]."""
+    """Return the pressures at which the ray along a direction leaves the domain, shape (3,) [Pa]."""
     limits = np.append(np.asarray(domain.pressure_max), domain.pressure_sum_max)
     rates = np.append(direction, direction.sum())
     return direction * float(np.min(limits[rates > 0] / rates[rates > 0]))
 
 
 def inside(domain: Domain, pressure: Vector, moment: Vector) -> NDArray[np.bool_]:
-    """Whether loads (n, 3) [Pa], (n, 3) [N m] lie in the domain, its edge included, shape (n,)."""
+    """Return whether loads (n, 3) [Pa], (n, 3) [N m] lie in the domain or on its edge, shape (n,)."""
     pressures = jax.vmap(domain.covers_pressure)(jnp.asarray(pressure))
     return np.asarray(pressures & jax.vmap(domain.covers_moment)(jnp.asarray(moment)))
 
 
 @dataclass(frozen=True)
 class LoadingPath:
-    """A named sequence of loads with its role, on a winding at ψ [rad] where every path has its own."""
+    """Named sequence of loads with its role, and its own ψ [rad] if orientations vary."""
 
     name: str
     role: Role
@@ -72,17 +72,18 @@ def design_paths(
 
     Parameters
     ----------
-    domain : where the loads lie.
-    number : how many paths, training and held-out together.
-    seed : of the random streams; the same seed gives the same paths.
-    mirror : the section is its own mirror image in the plane of chamber 1: chamber 3 alone need not be run.
-    pressure_step : largest change of one pressure from a load to the next [Pa]; half as large on the paths
-        of single chambers, pairs, and all three alike.
-    orientations : least and largest ψ [rad], between which every path has its own; None where all have one.
+    domain : domain of the loads.
+    number : number of paths, training and held-out together.
+    seed : seed of the random streams.
+    mirror : whether the section is symmetric in the plane of chamber 1, so that chamber 3 alone can be
+        left out.
+    pressure_step : largest change of a pressure between loads [Pa]; half of it on paths with one chamber,
+        two, or all alike.
+    orientations : range of ψ [rad] from which each path draws its own; None for a single orientation.
 
     Returns
     -------
-    paths, in the order in which to run them.
+    paths in the order in which to run them.
     """
     if number < 1:
         raise ValueError(f"number: got {number} paths, expected at least 1")
@@ -110,7 +111,7 @@ Waypoints = tuple[str, list[tuple[Vector, Vector]]]  # kind, (pressure [Pa], mom
 
 
 def _evenly() -> Iterator[float]:
-    """Places between 0 and 1, evenly spread from the first few on; a tenth of them at an end."""
+    """Yield a low-discrepancy sequence on [0, 1] by the golden ratio; a tenth of it lies at the ends."""
     place = 0.0
     while True:
         yield float(np.clip(_OVER * (place - 0.5) + 0.5, 0.0, 1.0))
@@ -125,7 +126,7 @@ def _uniformly(rng: np.random.Generator) -> Iterator[float]:
 def _train_waypoints(
     domain: Domain, rng: np.random.Generator, mirror: bool, rounds: int
 ) -> Iterator[Waypoints]:
-    """Endless training paths: first the named directions, then directions spread over all."""
+    """Yield training paths without end: first the named directions, then a spread over all directions."""
     none = np.zeros(3)
     singles = [np.eye(3)[k] for k in ((0, 1) if mirror else (0, 1, 2))]
     pairs = [
@@ -137,7 +138,7 @@ def _train_waypoints(
         limit = edge(domain, direction)
         # The first states lie where the section is most compliant.
         yield "named", [(0.03 * limit, none), (limit, none)]
-        # Moments alone take the longest and tell the least: one round of them is enough.
+        # Paths of moment alone take the longest and add the least: one round of them is enough.
         if number % 2 == 0 and number < len(named):
             yield "moment", [(none, _sphere(rng, domain)) for _ in range(3)]
     for kind, direction in zip(cycle(("mixed", "free", "mixed")), _directions(rng)):
@@ -146,7 +147,7 @@ def _train_waypoints(
 
 
 def _held_out_waypoints(domain: Domain, rng: np.random.Generator) -> Iterator[Waypoints]:
-    """Endless held-out paths: pressures uniform in the whole domain, without and with moment in turn."""
+    """Yield held-out paths without end: uniform pressures in the domain, alternately without and with moment."""
     for with_moment in cycle((False, True)):
         pressure = _uniform_pressure(domain, rng)
         if with_moment:
@@ -156,16 +157,16 @@ def _held_out_waypoints(domain: Domain, rng: np.random.Generator) -> Iterator[Wa
 
 
 def _mixture(domain: Domain, rng: np.random.Generator, pressure: Vector) -> list[tuple[Vector, Vector]]:
-    """Pressure and moment ramped together, the moment through random values."""
+    """Return waypoints that ramp the pressure while the moment passes through random values."""
     moments = [_ball(rng, domain) for _ in range(3)]
     return [(share * pressure, moment) for share, moment in zip((0.3, 0.65, 1.0), moments, strict=True)]
 
 
 def _directions(rng: np.random.Generator) -> Iterator[Vector]:
-    """Directions of non-negative pressures, evenly spread from the first few on; a part has a chamber empty.
+    """Yield a low-discrepancy sequence of non-negative pressure directions; some have an empty chamber.
 
-    Roberts (2018), The unreasonable effectiveness of quasirandom sequences: the additive sequence of the
-    plastic number, here from the square to the triangle of pressure shares.
+    It is the additive sequence of the plastic number (Roberts 2018, The unreasonable effectiveness of
+    quasirandom sequences), mapped from the square to the triangle of pressure shares.
     """
     point, step = rng.random(2), np.array([1.0 / _PLASTIC, 1.0 / _PLASTIC**2])
     while True:
@@ -184,20 +185,20 @@ def _uniform_pressure(domain: Domain, rng: np.random.Generator) -> Vector:
 
 
 def _sphere(rng: np.random.Generator, domain: Domain) -> Vector:
-    """A moment on the edge of the domain's ellipsoid."""
+    """Return a random moment on the edge of the domain's ellipsoid."""
     vector = rng.standard_normal(3)
     return np.asarray(domain.moment_axes) * vector / np.linalg.norm(vector)
 
 
 def _ball(rng: np.random.Generator, domain: Domain) -> Vector:
-    """A moment uniform inside the domain's ellipsoid."""
+    """Return a uniform random moment inside the domain's ellipsoid."""
     return rng.random() ** (1 / 3) * _sphere(rng, domain)
 
 
 def _walk(
     waypoints: Sequence[tuple[Vector, Vector]], pressure_step: float, moment_step: Vector
 ) -> tuple[Load, ...]:
-    """Straight from waypoint to waypoint in even steps no larger than asked, from the unloaded section on."""
+    """Return loads from the unloaded section straight through the waypoints, in even steps below the limits."""
     none = (0.0, 0.0, 0.0)
     loads, start = [], Load(none, none)
     for pressure, moment in waypoints:
@@ -211,7 +212,7 @@ def _walk(
 
 
 def between(start: Load, goal: Load, share: float) -> Load:
-    """The load a share of the way from one to another, neither of imposed curvature."""
+    """Interpolate between two loads without imposed curvature."""
 
     def mix(a: Sequence[float], b: Sequence[float]) -> tuple[float, float, float]:
         first, second, third = (np.asarray(a) + share * (np.asarray(b) - np.asarray(a))).tolist()

@@ -1,16 +1,16 @@
-"""Why a sweep ends before its paths do."""
+"""Errors that end a sweep before its paths are finished."""
 
 
 class SweepError(RuntimeError):
-    """The cluster is out of reach, or worker processes died; the states found so far are on file."""
+    """Error for an unreachable cluster or dead workers; the states so far are on file."""
 
 
 class NoSchedulerError(SweepError):
-    """No scheduler answers, or it does not know this client."""
+    """Error for a scheduler that does not answer, or refuses this client."""
 
 
 class WorkersDiedError(SweepError):
-    """Processes died again and again on one path."""
+    """Error for worker processes that died repeatedly on one path."""
 
     def __init__(self, path: str) -> None:
         super().__init__(f"worker processes died on path {path}")

@@ -1,4 +1,4 @@
-"""A path's file: a line per state as it is found, then a line that says how the path ended."""
+"""File of a path: one line per state, written as soon as it is computed, then one for the path's end."""
 
 import json
 import os
@@ -13,12 +13,12 @@ from rodmodel.io import sync_folder
 
 
 class PathFileError(ValueError):
-    """A damaged file of a path; the message is one line that names file and line."""
+    """Error for a damaged path file; the message is one line that names file and line."""
 
 
 @dataclass(frozen=True)
 class PathRecord:
-    """What is on file of one path: its states, and how it ended (None while it is unfinished)."""
+    """States of a path on file, and how it ended (None while it is unfinished)."""
 
     states: tuple[dict[str, Any], ...]
     end: dict[str, Any] | None
@@ -35,17 +35,17 @@ class PathRecord:
 
 
 def path_file(directory: Path, name: str) -> Path:
-    """Of a path in a run's directory."""
+    """Return the file of a path in a run's directory."""
     return directory / "paths" / f"{name}.jsonl"
 
 
 def read_path(file: Path) -> PathRecord:
-    """Read a path's file; a last line cut short by a kill does not count.
+    """Read a path's file; an incomplete last line, as after a kill, is ignored.
 
     Raises
     ------
     PathFileError
-        Where a line is damaged otherwise.
+        If a line is damaged.
     """
     states: list[dict[str, Any]] = []
     if not file.exists():
@@ -69,16 +69,16 @@ def _record(line: bytes, where: str) -> dict[str, Any]:
 
 
 class PathWriter:
-    """Adds to a path's file what is not yet there; a path that ended is left alone.
+    """Append new records to a path's file; a finished path is not changed.
 
     Parameters
     ----------
-    file : of the path, made if missing, its folder too.
+    file : file of the path; created if missing, with its folder.
 
     Raises
     ------
     PathFileError
-        Where the file that is there is damaged.
+        If an existing file is damaged.
     """
 
     def __init__(self, file: Path) -> None:
@@ -90,7 +90,7 @@ class PathWriter:
         self._known = {_load_of(state) for state in known.states}
 
     def add(self, records: Iterable[dict[str, Any]]) -> None:
-        """Append the records that are new, each on the disk before the next one is taken."""
+        """Append new records; each is synced to disk before the next one is taken."""
         begun = self._file.exists()
         with self._file.open("a", encoding="utf-8") as lines:
             if not begun:
@@ -112,7 +112,7 @@ def _load_of(record: dict[str, Any]) -> tuple[float, ...]:
 
 
 def _drop_cut_line(file: Path) -> None:
-    """Cut off what a kill left of a line, so that the next line starts a line."""
+    """Remove an incomplete last line, as after a kill."""
     if file.exists():
         with file.open("rb+") as content:
             content.truncate(content.read().rfind(b"\n") + 1)

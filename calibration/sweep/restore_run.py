@@ -1,4 +1,4 @@
-"""A run's directory from its dataset, so that a sweep whose files are gone can be given more paths."""
+"""Restore a run's directory from its dataset, so that a sweep can be extended without its files."""
 
 import json
 from collections.abc import Mapping
@@ -17,20 +17,20 @@ _OF_THE_DATASET = ("failures", "unstable", "paths")
 
 
 def restore_run(dataset: xr.Dataset, directory: Path, plan: RunPlan, material: Mapping[str, Any]) -> None:
-    """Write a run's directory as it was when its dataset was made, all its paths finished.
+    """Write a run's directory as it was when its dataset was built, with all its paths finished.
 
-    A directory that holds a run already is left alone: the same command takes up what was stopped.
+    A directory that already holds a run is not changed: the same command resumes an interrupted run.
 
     Parameters
     ----------
-    dataset : of the run.
-    directory : made if missing.
-    plan, material : of the run that goes on, with any number of paths.
+    dataset : dataset of the run.
+    directory : directory to write; created if missing.
+    plan, material : plan and material of the extended run, with any number of paths.
 
     Raises
     ------
     RunError
-        Where the dataset is of another run; nothing is written then.
+        If the dataset belongs to another run; nothing is written then.
     """
     if (directory / RUN_FILE).exists():
         return
@@ -41,7 +41,7 @@ def restore_run(dataset: xr.Dataset, directory: Path, plan: RunPlan, material: M
     values = {name: dataset[name].values for name, *_ in VARIABLES}
     for path in np.unique(names):
         rows = np.flatnonzero(names == path)
-        # In equilibrium: the moment applied is that of the section, but for rounding.
+        # In equilibrium the applied moment is the section's moment, up to round-off.
         states = [
             {**{name: column[row].tolist() for name, column in values.items()}, "applied_moment": moment}
             for row, moment in zip(rows, values["moment"][rows].tolist(), strict=True)
@@ -49,5 +49,5 @@ def restore_run(dataset: xr.Dataset, directory: Path, plan: RunPlan, material: M
         end = ends.get(path, {"attempts": int(values["attempt"][rows].max())})
         PathWriter(path_file(directory, path)).add([*states, {"end": end}])
     description = {name: value for name, value in run.items() if name not in _OF_THE_DATASET}
-    # Last: a directory without it counts as empty.
+    # Written last: a directory without it counts as empty.
     write_atomically(directory / RUN_FILE, json.dumps(description, indent=1) + "\n")

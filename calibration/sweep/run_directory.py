@@ -1,4 +1,4 @@
-"""What a run of the cell was asked for, kept beside its results."""
+"""Run directory of a sweep: the plan of the run, stored with its results."""
 
 import json
 from collections.abc import Mapping
@@ -22,16 +22,16 @@ from fem_reference import (
 from rodmodel import Domain
 from rodmodel.io import drop_parts, write_atomically
 
-# Of a path, from a load to the next [Pa]: a law needs many paths rather than many states of each.
+# Pressure step between loads of a path [Pa]: a law needs many paths rather than many states per path.
 PRESSURE_STEP = 8e3
-#: In a run's directory, what it was asked for.
+#: File with the description of a run, in its directory.
 RUN_FILE = "run.json"
-#: By how much the ends of the paper's actuator give [m/N]: `ends`, from its own runs.
+#: Compliance of the ends of the paper's actuator [m/N], as `calibration.ends` fits it.
 END_COMPLIANCE = 0.23e-3
 
 
 class RunError(ValueError):
-    """A run directory that is damaged, or holds something else than what was asked for."""
+    """Error for a run directory that is damaged, or holds another run."""
 
 
 @dataclass(frozen=True)
@@ -41,14 +41,14 @@ class RunPlan:
     geometry: ActuatorGeometry
     winding: Winding
     level: str | MeshLevel
-    """By name, or element counts of your own."""
+    """Name of a level, or element counts."""
     domain: Domain
     paths: int
     seed: int
     end_compliance: float = END_COMPLIANCE
     """See `PeriodCell` [m/N]."""
     orientations: tuple[float, float] | None = None
-    """Least and largest ψ [rad] where every path has its own; that of the winding is then of no account."""
+    """Range of ψ [rad] from which each path draws its own orientation; ``winding.psi`` is then ignored."""
 
     def __post_init__(self) -> None:
         if any(self.geometry.outer_wall_variation):
@@ -59,15 +59,15 @@ class RunPlan:
 
     @property
     def mirror(self) -> bool:
-        """Whether the section is its own mirror image in the plane of chamber 1."""
+        """Whether the section is mirror-symmetric in the plane of chamber 1."""
         return self.orientations is None and self.winding.mirror_symmetric
 
     def design(self) -> tuple[LoadingPath, ...]:
-        """The loading paths, in the order in which to run them."""
+        """Return the loading paths in the order in which to run them."""
         return design_paths(self.domain, self.paths, self.seed, self.mirror, PRESSURE_STEP, self.orientations)
 
     def description(self) -> dict[str, Any]:
-        """All of it as JSON, for the run directory and the attributes of the dataset."""
+        """Return the plan for JSON, for the run directory and the dataset's attributes."""
         own = {}
         if self.orientations is not None:
             own = {"orientations": list(self.orientations), "rounds": ROUNDS}
@@ -89,7 +89,7 @@ class RunPlan:
 
 
 def whole_material(material: Mapping[str, Any]) -> dict[str, Any]:
-    """What a file says of the materials, with what was not yet a choice when it was written, by default."""
+    """Return a file's material with defaults for parameters that older files lack."""
     every = json.loads(json.dumps({"body": asdict(Ogden()), "thread": asdict(Thread())}))
     return {**material, **{part: {**every[part], **material[part]} for part in every if part in material}}
 
@@ -97,7 +97,7 @@ def whole_material(material: Mapping[str, Any]) -> dict[str, Any]:
 def refuse_another(
     found: Mapping[str, Any], plan: RunPlan, material: Mapping[str, Any], where: str, expected: str
 ) -> None:
-    """Raise a `RunError` where a run's description, found somewhere, is not of this plan."""
+    """Raise a `RunError` if the description of a run does not match this plan."""
     wanted = json.loads(json.dumps({**plan.description(), "material": material}))
     found = {**found, "material": whole_material(found.get("material", {}))}
     for key, value in wanted.items():
@@ -109,11 +109,11 @@ def refuse_another(
 
 
 def open_run(directory: Path, plan: RunPlan, command: str, material: Mapping[str, Any]) -> dict[str, Any]:
-    """Begin a run directory, or take up one that was begun with the same plan (more paths may be asked for).
+    """Create a run directory, or resume one with the same plan (the number of paths may be larger).
 
     Returns
     -------
-    description, with the date of the run's beginning, its commands and their code versions.
+    description : with the date of the run's start, its commands and their code versions.
 
     Raises
     ------
@@ -122,7 +122,7 @@ def open_run(directory: Path, plan: RunPlan, command: str, material: Mapping[str
     """
     file, wanted = directory / RUN_FILE, {**plan.description(), "material": material}
     directory.mkdir(parents=True, exist_ok=True)
-    # Of this run's own killed processes: a directory belongs to one run.
+    # A directory belongs to one run, so these parts come from its killed processes.
     drop_parts(directory)
     if file.exists():
         try:

@@ -1,6 +1,6 @@
-"""What files of sweeps hold, key by key: of a run directory, and of a dataset's attributes.
+"""Schemas of a sweep's files: run directory, path files, and attributes of the dataset.
 
-Ranges keep out what no actuator has; they say nothing of a good result.
+Ranges exclude physically impossible values and do not judge results.
 """
 
 from collections.abc import Mapping
@@ -42,7 +42,7 @@ _WINDING = Object(
     }
 )
 
-# What tells a winding of each layout.
+# Parameters of a winding of each layout.
 _WOUND = {
     "double-helix": {"psi", "pitch"},
     "six-helix": {"psi", "pitch"},
@@ -50,7 +50,7 @@ _WOUND = {
     "none": set(),
 }
 
-#: Of ``run.json``. The mesh is a name or counts: `level_from_record`.
+#: Schema of ``run.json``. The mesh is a name or counts, see `level_from_record`.
 RUN_KEYS: Mapping[str, Kind] = {
     "layout": OneOf(tuple(_WOUND)),
     "winding": _WINDING,
@@ -68,7 +68,7 @@ RUN_KEYS: Mapping[str, Kind] = {
     "date": Text(),
 }
 
-#: Of a dataset's attributes.
+#: Schema of a dataset's attributes.
 DATASET_KEYS: Mapping[str, Kind] = {
     **RUN_KEYS,
     "failures": Object(),
@@ -76,7 +76,7 @@ DATASET_KEYS: Mapping[str, Kind] = {
     "paths": Numbers(0, 1e9, whole=True),
 }
 
-#: Of a state, in a path's file.
+#: Schema of a state in a path's file.
 STATE_KEYS: Mapping[str, Kind] = {
     "pressure": Numbers(0.0, 1e8, "Pa", (3,)),
     "moment": Numbers(-1e6, 1e6, "N m", (3,)),
@@ -92,7 +92,7 @@ STATE_KEYS: Mapping[str, Kind] = {
     "seconds": Numbers(-1e9, 1e9, "s"),
 }
 
-#: Of a path's last line: why it ended early, if it did.
+#: Schema of a path's last line, with the reason if it ended early.
 END_KEYS: Mapping[str, Kind] = {
     "end": Object(
         {
@@ -106,11 +106,11 @@ END_KEYS: Mapping[str, Kind] = {
 
 
 def refuse_run(run: Mapping[str, Any]) -> None:
-    """Raise a ValueError or a TypeError where a dataset's attributes do not describe a sweep.
+    """Raise a ValueError or a TypeError if a dataset's attributes do not describe a sweep.
 
     Parameters
     ----------
-    run : attributes, their JSON read.
+    run : attributes after parsing their JSON.
     """
     refuse_faults(run, "attributes", DATASET_KEYS)
     level_from_record(run.get("mesh"), "attributes: mesh")

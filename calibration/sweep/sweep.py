@@ -1,9 +1,8 @@
-"""Run loading paths side by side, every state on disk as soon as it is found.
+"""Trace loading paths in parallel, with every state on disk as soon as it is computed.
 
-Workers trace paths and tell of each state; the process that started the sweep writes the files, one for each
-path. A run that was killed takes up where it stopped: finished paths are left alone; an unfinished one is
-traced again from its start, for a state can only be reached by continuation, and only states not yet on file
-are added.
+Workers trace paths and send each state; the process that started the sweep writes one file for each path. A
+killed run can be resumed: finished paths are skipped, and an unfinished path is traced again from its start,
+because a state can only be reached by continuation; only states not yet on file are added.
 """
 
 import contextlib
@@ -31,23 +30,21 @@ def run_sweep(
 
     Parameters
     ----------
-    make_trace : called once in each worker, so it must be picklable; returns the continuation.
-    paths : in the order in which to run them.
-    directory : of the run, made if missing; workers need not see it.
-    workers : processes of one thread each, on this machine; they end with the sweep.
-    scheduler : address of the scheduler of a dask cluster that runs already, whose workers are taken instead.
-        It is trusted with what it sends back, see `cluster`.
-    show_progress : None shows it where stderr is a terminal.
+    make_trace : picklable factory, called once in each worker, that returns the continuation.
+    paths : paths in the order in which to run them.
+    directory : run directory; created if missing. Workers need no access to it.
+    workers : number of single-threaded processes on this machine; they end with the sweep.
+    scheduler : address of a dask scheduler whose workers are used instead. It is trusted, see `cluster`.
+    show_progress : whether to show progress; if None, only on a terminal.
 
     Returns
     -------
-    records by the path's name.
+    records : records by path name.
 
     Raises
     ------
     SweepError
-        If the scheduler does not answer, or a worker process died again and again on one path. Run again to
-        take up where it stopped.
+        If the scheduler does not answer, or worker processes died repeatedly on one path. Run again to resume.
     PathFileError
         If a path's file is damaged.
     """
@@ -56,7 +53,7 @@ def run_sweep(
     if pending:
         writers = {name: PathWriter(files[name]) for name in pending}
         try:
-            # Closed whatever happens, so that no process goes on.
+            # Closed in any case, so that no process keeps running.
             with contextlib.closing(_traced(make_trace, pending, workers, scheduler)) as records:
                 _keep(records, pending, writers, show_progress)
         except NoSchedulerError as error:
@@ -64,7 +61,7 @@ def run_sweep(
         except WorkersDiedError as error:
             raise SweepError(
                 f"sweep: worker processes died on path {error.path}; finished states are in "
-                f"{directory / 'paths'}, run again to go on"
+                f"{directory / 'paths'}, run again to resume"
             ) from error
     return {name: read_path(file) for name, file in files.items()}
 
@@ -74,7 +71,7 @@ def _traced(
 ) -> Generator[tuple[str, dict[str, Any]], None, None]:
     if scheduler is None:
         return trace_in_processes(make_trace, pending, min(workers, len(pending)))
-    # dask is needed for this alone, and takes a second to import.
+    # Only this needs dask, which takes a second to import.
     from calibration.sweep.cluster import trace_on_cluster
 
     return trace_on_cluster(make_trace, pending, scheduler)
@@ -86,7 +83,7 @@ def _keep(
     writers: dict[str, PathWriter],
     show_progress: bool | None,
 ) -> None:
-    """Write records as they come, and show how many of the loads are reached."""
+    """Write records as they arrive, and show the number of reached loads."""
     loads = {
         name: {(load.pressure, load.moment or (0.0, 0.0, 0.0)) for load in path.loads}
         for name, path in pending.items()

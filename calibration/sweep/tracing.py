@@ -1,4 +1,4 @@
-"""Follow one loading path: states as records, a second try in smaller steps, and how the path ended."""
+"""Trace one loading path by continuation, with a second attempt in smaller steps after a failure."""
 
 import threading
 import time
@@ -23,18 +23,17 @@ from fem_reference import (
 
 Trace = Callable[[Sequence[Load], CellState | None], Iterator[CellState]]
 
-RETRY_SUBDIVISION = 4  # a path that failed is followed once more, each of its steps cut in four
-# Change of curvature [1/m] that two neighbouring states may leave unexplained, 3 degrees over 60 mm; and how
-# often the way between is halved. Snaps of walls have been of 4 degrees and more.
-UNEXPLAINED, HALVINGS = 0.9, 2
+RETRY_SUBDIVISION = 4  # steps of the second attempt for each step of the first
+# Change of curvature between neighbouring states that their Hessians need not explain [1/m]: 3 degrees over
+# 60 mm. Snaps of walls change the angle by 4 degrees and more.
+UNEXPLAINED = 0.9
+# Bisections of a step before an unexplained change counts as a snap.
+HALVINGS = 2
 
 
 @dataclass(frozen=True)
 class CellTracer:
-    """Builds a period cell in the process that calls it and returns the continuation along loads on it.
-
-    The continuation ends where walls lose their balance.
-    """
+    """Picklable factory of a period cell's continuation, which ends where the walls become unstable."""
 
     geometry: ActuatorGeometry
     winding: Winding
@@ -42,21 +41,21 @@ class CellTracer:
     end_compliance: float = 0.0
 
     def __call__(self) -> Trace:
-        """Build the cell."""
+        """Build the cell in the calling process and return its continuation."""
         cell = PeriodCell(self.geometry, self.winding, self.level, end_compliance=self.end_compliance)
         return lambda loads, start: follow(cell, loads, start=start, jumps=False)
 
     def oriented(self, psi: float) -> "CellTracer":
-        """The same with a winding of the same kind at another ψ [rad]."""
+        """Return the same factory for a winding at another ψ [rad]."""
         return replace(self, winding=replace(cast(DoubleHelix, self.winding), psi=psi))
 
 
-# Of each thread of a worker: a cell serves one path at a time.
+# Thread-local, because a cell traces one path at a time.
 _mine = threading.local()
 
 
 def records_of(make_trace: Callable[[], Trace], path: LoadingPath) -> Iterator[dict[str, Any]]:
-    """Records of a path (`trace_path`) in a worker, whose cell serves all paths of one winding."""
+    """Yield a path's records (`trace_path`) in a worker, which reuses its cell for all paths of one winding."""
     maker = make_trace if path.psi is None else cast(CellTracer, make_trace).oriented(path.psi)
     if getattr(_mine, "made_by", None) != maker:
         _mine.trace, _mine.made_by = maker(), maker
@@ -64,12 +63,12 @@ def records_of(make_trace: Callable[[], Trace], path: LoadingPath) -> Iterator[d
 
 
 def trace_path(trace: Trace, path: LoadingPath) -> Iterator[dict[str, Any]]:
-    """Records of a path's states, then one that says how it ended.
+    """Yield records of a path's states, then one that says how it ended.
 
-    A path that meets a loss of stability ends there: what lies behind is on another branch. So it does where
-    two neighbouring states do not explain the way between them, however short: the continuation may step over
-    a snap, from one stable branch to another. After a failure it is followed once more from its last state,
-    in smaller steps.
+    A path ends where stability is lost: states beyond it are on another branch. It also ends where the
+    Hessians of two neighbouring states do not explain their difference after bisection, because the
+    continuation may have stepped over a snap to another stable branch. After a failure the path is traced
+    once more from its last state, in smaller steps.
     """
     start: CellState | None = None
     left = list(path.loads)
@@ -102,7 +101,7 @@ def trace_path(trace: Trace, path: LoadingPath) -> Iterator[dict[str, Any]]:
 
 
 class _SnapError(ArithmeticError):
-    """Two states, however near, do not explain the way between them."""
+    """Error for a snap between two states: their Hessians do not explain the difference."""
 
     def __init__(self, load: Load) -> None:
         super().__init__(f"a snap on the way to {load}")
@@ -116,7 +115,7 @@ def _lost(state: CellState) -> bool:
 def _with_states_between(
     trace: Trace, start: CellState | None, reached: CellState, halvings: int
 ) -> Iterator[CellState]:
-    """States on the way from ``start`` that explain it, the one that was reached the last of them."""
+    """Yield states from ``start`` to ``reached`` whose Hessians explain the differences between them."""
     if start is None or _lost(reached) or unexplained(start, reached) <= UNEXPLAINED:
         yield reached
         return
@@ -128,7 +127,7 @@ def _with_states_between(
 
 
 def unexplained(before: CellState, after: CellState) -> float:
-    """Change of curvature between two states that the mean of their Hessians does not account for [1/m]."""
+    """Return the change of curvature between two states that their mean Hessian does not explain [1/m]."""
     hessian = 0.5 * (before.hessian + after.hessian)
     pressure = np.asarray(after.pressure) - np.asarray(before.pressure)
     moment = np.asarray(after.moment) - np.asarray(before.moment)
@@ -137,7 +136,7 @@ def unexplained(before: CellState, after: CellState) -> float:
 
 
 def state_record(state: CellState, attempt: int, seconds: float) -> dict[str, Any]:
-    """The numbers of one state, ready for JSON."""
+    """Return the record of one state for JSON."""
     return {
         "pressure": np.asarray(state.pressure, dtype=float).tolist(),
         "moment": np.asarray(state.moment, dtype=float).tolist(),
@@ -155,7 +154,7 @@ def state_record(state: CellState, attempt: int, seconds: float) -> dict[str, An
 
 
 def _subdivide(start: Load, loads: Sequence[Load]) -> list[Load]:
-    """The same path with each step cut in equal parts."""
+    """Return the same path with each step divided into equal parts."""
     finer = []
     for load in loads:
         shares = np.arange(1, RETRY_SUBDIVISION) / RETRY_SUBDIVISION

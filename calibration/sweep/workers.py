@@ -1,7 +1,7 @@
-"""Loading paths side by side in processes of this machine, over pipes that nobody else can reach.
+"""Loading paths in parallel processes on this machine, connected by private pipes.
 
-Nothing listens: a pipe has two ends, and this process and its worker hold them. A worker ends when its parent
-does, so that a kill of the parent leaves no process behind; pipes need no semaphores.
+No port is open: only this process and its worker hold the ends of a pipe. A worker ends with its parent, so
+that a killed parent leaves no process behind. Pipes need no semaphores.
 """
 
 import contextlib
@@ -22,41 +22,41 @@ from calibration.sweep.errors import WorkersDiedError
 from calibration.sweep.tracing import Trace, records_of
 from fem_reference import prepare_process
 
-# Workers that may die on one path before the sweep gives up: others kill processes too.
+# Workers that may die on one path before the sweep gives up: the system may kill processes too.
 _LIVES = 4
-_END = 5.0  # [s] that a process has to end in before it is killed
+_END = 5.0  # time for a process to end before it is killed [s]
 
 
 @dataclass
 class _Worker:
-    """A process, this one's ends of its pipes, and what it is at."""
+    """A process, the parent's ends of its pipes, and the path that it traces."""
 
     process: SpawnProcess
     tasks: connection.Connection
-    told: connection.Connection
+    results: connection.Connection
     path: LoadingPath | None = None
 
 
 def trace_in_processes(
     make_trace: Callable[[], Trace], paths: Mapping[str, LoadingPath], workers: int
 ) -> Generator[tuple[str, dict[str, Any]], None, None]:
-    """Trace paths in processes of one thread each, which end with the iteration.
+    """Trace paths in single-threaded processes, which end with the iteration.
 
     Parameters
     ----------
     make_trace : see `run_sweep`.
-    paths : by their names, in the order in which to begin them.
-    workers : how many processes.
+    paths : paths by name, in the order in which to begin them.
+    workers : number of processes.
 
     Yields
     ------
-    name of a path and a record of it, as soon as it is found; of each path the last one says how it ended.
-    Paths whose process died are traced again, so that a record may come more than once.
+    name of a path and a record of it, as soon as it is computed; the last one of a path says how it ended.
+    A path whose process died is traced again, so that a record may come more than once.
 
     Raises
     ------
     WorkersDiedError
-        If processes died again and again on one path.
+        If processes died repeatedly on one path.
     """
     waiting = deque(paths.values())
     deaths: dict[str, int] = {}
@@ -65,13 +65,13 @@ def trace_in_processes(
         while waiting or any(worker.path is not None for worker in team):
             while waiting and (idle := _idle(team, make_trace, workers)) is not None:
                 idle.path = waiting.popleft()
-                # One that has just died is found out below.
+                # A worker that has just died is found below.
                 with contextlib.suppress(BrokenPipeError):
                     idle.tasks.send(idle.path)
-            ready = connection.wait([worker.told for worker in team])
-            for worker in [worker for worker in team if worker.told in ready]:
+            ready = connection.wait([worker.results for worker in team])
+            for worker in [worker for worker in team if worker.results in ready]:
                 try:
-                    told = worker.told.recv()
+                    result = worker.results.recv()
                 except (EOFError, ConnectionResetError):
                     team.remove(worker)
                     _end([worker])
@@ -82,18 +82,18 @@ def trace_in_processes(
                             raise WorkersDiedError(name) from None
                         waiting.appendleft(worker.path)
                     continue
-                if isinstance(told, BaseException):
-                    raise told
+                if isinstance(result, BaseException):
+                    raise result
                 assert worker.path is not None
-                yield worker.path.name, told
-                if "end" in told:
+                yield worker.path.name, result
+                if "end" in result:
                     worker.path = None
     finally:
         _end(team)
 
 
 def _idle(team: list[_Worker], make_trace: Callable[[], Trace], most: int) -> _Worker | None:
-    """A worker without a path, a new one if there may be more."""
+    """Return a worker without a path, or a new one if there are fewer than ``most``."""
     for worker in team:
         if worker.path is None:
             return worker
@@ -101,21 +101,21 @@ def _idle(team: list[_Worker], make_trace: Callable[[], Trace], most: int) -> _W
         return None
     context = get_context("spawn")
     their_tasks, tasks = context.Pipe(duplex=False)
-    told, their_told = context.Pipe(duplex=False)
-    process = context.Process(target=_work, args=(make_trace, their_tasks, their_told), daemon=True)
-    with _deaf_to_interrupts():
+    results, their_results = context.Pipe(duplex=False)
+    process = context.Process(target=_work, args=(make_trace, their_tasks, their_results), daemon=True)
+    with _interrupts_blocked():
         process.start()
-    # The worker's ends are the worker's alone, so that each side sees when the other is gone.
+    # Only the worker keeps its ends open, so that each side notices when the other is gone.
     their_tasks.close()
-    their_told.close()
-    team.append(_Worker(process, tasks, told))
+    their_results.close()
+    team.append(_Worker(process, tasks, results))
     return team[-1]
 
 
 def _end(team: list[_Worker]) -> None:
     for worker in team:
         worker.tasks.close()
-        worker.told.close()
+        worker.results.close()
         worker.process.terminate()
     for worker in team:
         worker.process.join(_END)
@@ -126,10 +126,10 @@ def _end(team: list[_Worker]) -> None:
 
 
 @contextlib.contextmanager
-def _deaf_to_interrupts() -> Iterator[None]:
-    """Processes begun within do not hear Ctrl-C, which a terminal sends to all: the parent ends them.
+def _interrupts_blocked() -> Iterator[None]:
+    """Start processes that ignore Ctrl-C, which a terminal sends to all processes; the parent ends them.
 
-    One that comes meanwhile reaches this process afterwards.
+    An interrupt in the meantime reaches this process afterwards.
     """
     if os.name != "posix":
         yield
@@ -141,26 +141,27 @@ def _deaf_to_interrupts() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _work(make_trace: Callable[[], Trace], tasks: connection.Connection, told: connection.Connection) -> None:
-    """What a worker does until its pipe ends."""
+def _work(
+    make_trace: Callable[[], Trace], tasks: connection.Connection, results: connection.Connection
+) -> None:
+    """Trace paths in a worker until its pipe closes."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    # Else the system's zeroing of new pages for matrices takes a third of a path's time, and threads get into
-    # each other's way.
+    # Without this, zeroing new pages for matrices takes a third of a path's time, and threads compete.
     prepare_process()
     with contextlib.suppress(EOFError, BrokenPipeError):
         while True:
             path = tasks.recv()
             try:
                 for record in records_of(make_trace, path):
-                    told.send(record)
+                    results.send(record)
             except BrokenPipeError:
                 raise
             except Exception as error:
-                told.send(_sendable(error, path))
+                results.send(_sendable(error, path))
 
 
 def _sendable(error: Exception, path: LoadingPath) -> Exception:
-    """The error, where it survives the way, with a note of where it is from."""
+    """Return the error in a picklable form, with a note of its origin."""
     try:
         pickle.loads(pickle.dumps(error))
     except Exception:

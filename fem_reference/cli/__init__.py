@@ -1,4 +1,4 @@
-"""The command ``rodmodel-fem``: the finite-element reference, for people and for programs."""
+"""Command ``rodmodel-fem``: the finite-element reference."""
 
 import sys
 from collections.abc import Sequence
@@ -15,8 +15,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Returns
     -------
-    status : 0 good; 2 bad input, told in one line on standard error; 3 no convergence, with what was reached;
-        130 interrupted.
+    status : 0 success; 2 bad input, with one line on standard error; 3 no convergence, with the last
+        converged state printed; 130 interrupted.
     """
     prepare_process()
     parser = Parser(prog="rodmodel-fem", description="3D finite elements of a soft pneumatic actuator.")

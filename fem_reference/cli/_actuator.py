@@ -1,4 +1,4 @@
-"""``rodmodel-fem actuator``: the whole length, with cap, tip loads and gravity."""
+"""``rodmodel-fem actuator``: the whole actuator with cap, tip loads and gravity."""
 
 import argparse
 import json
@@ -39,9 +39,9 @@ _STEP_KPA = 5.0
 
 
 def add_command(commands: Any) -> None:
-    """Add the command to the parser's."""
+    """Add the command to the parser."""
     actuator = commands.add_parser(
-        "actuator", help="the whole length, clamped at its base: angle, plane, tip, volumes, axis"
+        "actuator", help="whole actuator, clamped at its base: angle, plane, tip, volumes, axis"
     )
     add = actuator.add_argument
     add_actuator(add)
@@ -60,14 +60,14 @@ def add_command(commands: Any) -> None:
         nargs="+",
         default=["1"],
         metavar="S",
-        help="of the thread's stiffness, what it has in compression; 1e-4 for a yarn (default: 1)",
+        help="thread stiffness in compression over that in tension; 1e-4 for a yarn (default: 1)",
     )
     add(
         "--symmetric",
         action="store_true",
-        help="keep the plane of symmetry through chamber 1: half the unknowns, for loads that have it too",
+        help="mirror symmetry about the plane through chamber 1: half the unknowns, for symmetric loads",
     )
-    add("--run", metavar="DIR", help="keep every load step there; go on from the last one if it was killed")
+    add("--run", metavar="DIR", help="directory that keeps every load step; a killed run resumes from it")
     add("--json", action="store_true", help="print one JSON object and nothing else")
     add(
         "--vtk",
@@ -117,10 +117,10 @@ def _actuator(options: argparse.Namespace) -> int:
     if series is not None and start is not None:
         for number, load in enumerate(loads[:done], start=1):
             series.keep(number, load)
-        # The run may have been killed between this state and its picture.
+        # The run may have been killed after it saved this state and before it wrote the VTK file.
         keep(done, start)
     last, status = None, GOOD
-    # Where all steps are done, the last one comes again.
+    # If all steps are done, the last state is yielded again.
     number = min(done + 1, len(loads))
     try:
         for last in track_actuator(states, len(loads)):
@@ -141,7 +141,7 @@ def _actuator(options: argparse.Namespace) -> int:
         "elements": actuator.elements,
         "unknowns": actuator.unknowns,
     }
-    # The answer first: it has taken longer than a picture, and a full disk stops only that.
+    # Print first: a full disk may stop the files, but not the result.
     print(json.dumps(record) if options.json else _text(record))
     if options.vtk is not None and series is None:
         with writing("--vtk", options.vtk):
@@ -167,7 +167,7 @@ def _load(options: argparse.Namespace) -> ActuatorLoad:
 
 
 def _ramp(load: ActuatorLoad) -> list[ActuatorLoad]:
-    """Loads from rest to the one asked for, in even steps that a progress bar can count."""
+    """Return loads in even steps from rest to the given one, for a progress bar to count."""
     steps = max(1, math.ceil(1e-3 * max(load.pressure) / _STEP_KPA))
 
     def part(vector: tuple[float, float, float], share: float) -> tuple[float, float, float]:
@@ -186,7 +186,7 @@ def _ramp(load: ActuatorLoad) -> list[ActuatorLoad]:
 
 
 def _description(actuator: Actuator, loads: list[ActuatorLoad]) -> dict[str, Any]:
-    """Everything that a run's results depend on."""
+    """Return everything that a run's results depend on."""
     model = asdict(actuator.model)
     model["winding"] = {"name": actuator.model.winding.name, **model["winding"]}
     return {"model": model, "loads": [load_record(load) for load in loads]}

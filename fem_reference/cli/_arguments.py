@@ -1,4 +1,4 @@
-"""What the commands of ``rodmodel-fem`` share: numbers, the actuator's flags, errors in one line."""
+"""Shared parts of the commands of ``rodmodel-fem``: flags of the actuator, numbers, one-line errors."""
 
 import argparse
 import contextlib
@@ -13,7 +13,7 @@ from fem_reference.geometry import LAYOUTS, ActuatorGeometry, Winding, layout
 from fem_reference.mesh import LEVELS
 
 GOOD, BAD_INPUT, NO_CONVERGENCE = 0, 2, 3
-#: Of a program that Ctrl-C has ended, as shells tell it.
+#: Exit status after Ctrl-C, as in shells.
 INTERRUPTED = 130
 _WALLS = {
     "--outer-wall-mm": "outer_wall",
@@ -25,13 +25,13 @@ PICTURES = (".png", ".pdf", ".svg")
 
 
 class InputError(Exception):
-    """Bad input; the message is one line."""
+    """Error for bad input; the message is one line."""
 
 
 class Parser(argparse.ArgumentParser):
     def __init__(self, **options: Any) -> None:
         super().__init__(allow_abbrev=False, **options)
-        # argparse takes -1e-3 for an option; it is a number.
+        # Without this argparse reads -1e-3 as an option.
         self._negative_number_matcher = re.compile(r"-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$", re.IGNORECASE)
 
     def error(self, message: str) -> NoReturn:
@@ -39,11 +39,11 @@ class Parser(argparse.ArgumentParser):
 
 
 def add_actuator(add: Callable[..., Any]) -> None:
-    """Flags of the actuator itself: winding, walls, mesh, pressures."""
+    """Add the flags of the actuator: winding, walls, mesh, pressures."""
     add("--layout", default="double-helix", help=f"winding: {', '.join(LAYOUTS)} (default: %(default)s)")
     add("--psi-deg", nargs="+", default=["0"], metavar="PSI", help="winding orientation [deg] (default: 0)")
     add("--pitch-mm", nargs="+", default=["3"], metavar="P", help="winding pitch [mm] (default: 3)")
-    add("--spacing-mm", nargs="+", metavar="S", help="from ring to ring [mm] (default: half the pitch)")
+    add("--spacing-mm", nargs="+", metavar="S", help="distance of rings [mm] (default: half the pitch)")
     add("--pressure-kpa", nargs="+", default=[], metavar="P", help="P1 P2 P3: gauge pressures [kPa]")
     add("--elements", default="coarse", help=f"mesh level: {', '.join(LEVELS)} (default: %(default)s)")
     for flag in _WALLS:
@@ -53,12 +53,12 @@ def add_actuator(add: Callable[..., Any]) -> None:
         nargs="+",
         default=["0", "0", "0"],
         metavar="V",
-        help="V1 V2 V3: by which part the outer wall of each chamber is thicker (default: 0 0 0)",
+        help="V1 V2 V3: relative excess thickness of the outer wall at each chamber (default: 0 0 0)",
     )
 
 
 def read_winding(options: argparse.Namespace) -> Winding:
-    """The winding that the flags ask for; a ValueError where there is none."""
+    """Return the winding of the flags; raise a ValueError if it is impossible."""
     (psi_deg,) = numbers("--psi-deg", options.psi_deg, 1, "deg")
     psi = math.radians(psi_deg if abs(psi_deg) <= 360.0 else math.remainder(psi_deg, 360.0))
     pitch = 1e-3 * numbers("--pitch-mm", options.pitch_mm, 1, "mm")[0]
@@ -69,7 +69,7 @@ def read_winding(options: argparse.Namespace) -> Winding:
 
 
 def read_geometry(options: argparse.Namespace) -> ActuatorGeometry:
-    """The geometry that the flags ask for; a ValueError where it is impossible."""
+    """Return the geometry of the flags; raise a ValueError if it is impossible."""
     walls = {
         name: 1e-3 * numbers(flag, getattr(options, f"{name}_mm"), 1, "mm")[0]
         for flag, name in _WALLS.items()
@@ -79,25 +79,25 @@ def read_geometry(options: argparse.Namespace) -> ActuatorGeometry:
     return ActuatorGeometry(**walls, outer_wall_variation=(first, second, third))
 
 
-def numbers(flag: str, came: Sequence[str], count: int, unit: str) -> list[float]:
-    """So many finite numbers, or an error that names the flag."""
+def numbers(flag: str, given: Sequence[str], count: int, unit: str) -> list[float]:
+    """Return ``count`` finite numbers; raise an error that names the flag for anything else."""
     expected = {1: "one finite number", 3: "three finite numbers"}[count]
     try:
-        values = [float(value) for value in came]
+        values = [float(value) for value in given]
     except ValueError:
         values = []
     if len(values) != count or not all(map(math.isfinite, values)):
-        raise InputError(f"{flag}: got {' '.join(came)!r}, expected {expected} [{unit}]")
+        raise InputError(f"{flag}: got {' '.join(given)!r}, expected {expected} [{unit}]")
     return values
 
 
-def optional(flag: str, came: Sequence[str] | None, unit: str) -> list[float] | None:
-    """Three finite numbers, or None where the flag was not given."""
-    return None if came is None else numbers(flag, came, 3, unit)
+def optional(flag: str, given: Sequence[str] | None, unit: str) -> list[float] | None:
+    """Return three finite numbers, or None without the flag."""
+    return None if given is None else numbers(flag, given, 3, unit)
 
 
 def check_writable(flag: str, file: Path, suffixes: tuple[str, ...] = _VTK_SUFFIXES) -> None:
-    """Refuse a file of another kind, or one that cannot be written, before the work begins."""
+    """Refuse a file with another suffix, or in a directory that is not writable, before the work begins."""
     if file.suffix not in suffixes or file.is_dir() or not os.access(file.parent, os.W_OK):
         kinds = ", ".join(suffixes[:-1]) + f" or {suffixes[-1]}"
         raise InputError(
@@ -107,7 +107,7 @@ def check_writable(flag: str, file: Path, suffixes: tuple[str, ...] = _VTK_SUFFI
 
 @contextlib.contextmanager
 def writing(flag: str, file: str) -> Iterator[None]:
-    """Refuse a file that turns out not to be written: the disk may be full by then."""
+    """Turn an error of writing a file, such as a full disk, into an `InputError`."""
     try:
         yield
     except OSError as error:
@@ -117,7 +117,7 @@ def writing(flag: str, file: str) -> Iterator[None]:
 
 
 def with_flags(message: str) -> str:
-    """A library error in the words of the command line: arguments by their flags."""
+    """Return a library's error message with the argument replaced by its flag."""
     flags = {
         "pressure": "--pressure-kpa",
         "pitch": "--pitch-mm",

@@ -26,12 +26,12 @@ from fem_reference.cli._progress import track
 from fem_reference.io import draw_cell, write_vtk
 
 _STEP_KPA = 2.5
-# Of a load without pressure: for a curve.
+# Load steps at least if a curve is plotted.
 _PLOTTED_STEPS = 8
 
 
 def add_command(commands: Any) -> None:
-    """Add the command to the parser's."""
+    """Add the command to the parser."""
     cell = commands.add_parser(
         "cell", help="one winding period, uniformly bent: angle and volumes of the whole body's length"
     )
@@ -44,7 +44,7 @@ def add_command(commands: Any) -> None:
         nargs="+",
         default=["0"],
         metavar="C",
-        help="by how much the actuator's ends let the silicone slide along the rod (default: 0, not at all)",
+        help="compliance of the actuator's ends against sliding of the silicone along the rod (default: 0)",
     )
     add("--json", action="store_true", help="print one JSON object and nothing else")
     add("--vtk", metavar="FILE", help="write the deformed cell and its winding for ParaView (.vtu, .vtk)")
@@ -79,7 +79,7 @@ def _cell(options: argparse.Namespace) -> int:
     status = GOOD
     try:
         for state in track(follow(cell, loads), len(loads)):
-            # A picture alone needs more than the last state.
+            # Only a picture needs more than the last state.
             found = [state] if options.plot is None else [*found, state]
     except CellError as error:
         status = NO_CONVERGENCE
@@ -102,7 +102,7 @@ def _cell(options: argparse.Namespace) -> int:
 def _ramp(
     pressure: list[float], moment: list[float] | None, curvature: list[float] | None, least: int
 ) -> list[Load]:
-    """Loads from rest to the one asked for, in even steps that a progress bar can count."""
+    """Return loads in even steps from rest to the given one, for a progress bar to count."""
     steps = max(least, math.ceil(max(pressure) / _STEP_KPA))
 
     def part(vector: list[float], factor: float) -> tuple[float, float, float]:
@@ -115,7 +115,7 @@ def _ramp(
             None if curvature is None else part(curvature, share),
         )
 
-    load(1.0)  # A bad load is told in full, before its parts.
+    load(1.0)  # An error names the full load, not the first step.
     return [load(k / steps) for k in range(1, steps + 1)]
 
 

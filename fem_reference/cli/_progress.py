@@ -1,4 +1,4 @@
-"""Progress of a path of loads on a terminal, with its rate and the time left."""
+"""Progress bar for a path of loads, with rate and remaining time."""
 
 import sys
 from collections.abc import Callable, Iterable, Iterator
@@ -21,16 +21,18 @@ T = TypeVar("T")
 
 
 def track(states: Iterable[CellState], total: int) -> Iterator[CellState]:
-    """Pass the cell's states through, and show each on standard error where that is a terminal."""
+    """Yield the cell's states, with a progress bar on standard error if it is a terminal."""
     return _track(states, total, lambda state: (state.pressure, state.iterations))
 
 
 def track_actuator(states: Iterable[ActuatorState], total: int) -> Iterator[ActuatorState]:
-    """Pass the actuator's states through, and show each on standard error where that is a terminal."""
+    """Yield the actuator's states, with a progress bar on standard error if it is a terminal."""
     return _track(states, total, lambda state: (state.load.pressure, state.settled.iterations))
 
 
-def _track(states: Iterable[T], total: int, told: Callable[[T], tuple[Iterable[float], int]]) -> Iterator[T]:
+def _track(
+    states: Iterable[T], total: int, progress_of: Callable[[T], tuple[Iterable[float], int]]
+) -> Iterator[T]:
     bar = Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -45,7 +47,7 @@ def _track(states: Iterable[T], total: int, told: Callable[[T], tuple[Iterable[f
     with bar:
         task = bar.add_task("load steps", total=total, rate="")
         for state in states:
-            pressure, iterations = told(state)
+            pressure, iterations = progress_of(state)
             pressures = " ".join(f"{p / 1e3:.1f}" for p in pressure)
             speed = bar.tasks[task].speed
             rate = "" if speed is None else f"{speed:.2f} steps/s"

@@ -17,7 +17,7 @@ from fem_reference.elements.viscous_solid import ViscousSolid
 
 Points = Float[np.ndarray, "points 3"]
 #: A stiff group's own forces, and their gradients in the displacements: one row an element.
-Own = Float[np.ndarray, "elements *modes"]
+Own = Float[np.ndarray, "..."]
 _NONE: Own = np.empty(0)
 
 

@@ -21,9 +21,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from fem_reference.geometry import Thread, Winding
-from fem_reference.mesh import BodyMesh, embed_circles, embed_points, merged
-
-_MILLIMETRE = 1e3
+from fem_reference.mesh import MILLIMETRE, BodyMesh, embed_circles, embed_points, merged
 
 
 class ThreadSegments:
@@ -60,9 +58,9 @@ class ThreadSegments:
         count = 0
         pairs = []
         for line in winding.polylines(radius, length, points_per_turn, start):
-            points = line * _MILLIMETRE
+            points = line * MILLIMETRE
             if thread.coupling == "circumference":
-                host, weight = embed_circles(mesh, points, thread.radius * _MILLIMETRE)
+                host, weight = embed_circles(mesh, points, thread.radius * MILLIMETRE)
             else:
                 host, weight = embed_points(mesh, points)
             hosts.append(host)

@@ -1,4 +1,4 @@
-"""Runs on disk, records, VTK files and pictures."""
+"""Run directories, records, VTK files and pictures."""
 
 from fem_reference.io.actuator_picture import draw_actuator as draw_actuator
 from fem_reference.io.actuator_record import load_record as load_record

@@ -1,4 +1,4 @@
-"""Draw the deformed actuator: its outer skin, shaded, with the winding on it."""
+"""Picture of the deformed actuator: its shaded outer skin with the winding."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from fem_reference.io.atomic import atomic_part
 from fem_reference.io.picture import SILICONE, THREAD, across, paint, thread_faces
 from fem_reference.mesh import OUTER, TOP, cut
 
-# Under it, a body is straight, and its plane that of roundings [rad].
+# Below this bending angle the body is straight and its bending plane is round-off [rad].
 _STRAIGHT = 1e-6
 
 
@@ -53,7 +53,7 @@ def _coordinate(value: float) -> str:
 
 
 def _loads(state: ActuatorState) -> str:
-    """What else is on the actuator, on a line of its own."""
+    """Return tip loads and gravity on a separate line; empty without any."""
     load = state.load
     follower = ", turning with the cap" if load.follower else ""
     named = (
@@ -61,9 +61,9 @@ def _loads(state: ActuatorState) -> str:
         ("tip moment", load.tip_moment, 1e3, f"N mm{follower}"),
         ("gravity", load.gravity, 1.0, "m/s²"),
     )
-    told = [
+    texts = [
         f"{name} ({', '.join(f'{unit * c:.3g}'.replace('-', '−') for c in vector)}) {text}"
         for name, vector, unit, text in named
         if any(vector)
     ]
-    return "\n" + ", ".join(told) if told else ""
+    return "\n" + ", ".join(texts) if texts else ""

@@ -1,4 +1,4 @@
-"""A state of the actuator as plain numbers, in the units that people read, and the load that it is under."""
+"""JSON record of an actuator state and its load, in degrees, mm, kPa, N and N mm."""
 
 import math
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ from fem_reference.io.records import FLAG, Kind, Numbers, Object, OneOf
 _MM, _KPA = 1e3, 1e-3
 
 _FORCE, _MOMENT = 1e6, 1e9
-#: What a record holds. The sections' turn and lean were not always told.
+#: Schema of a record. Records of earlier versions lack ``turn_rad`` and ``shear_mrad``.
 RECORD_KEYS: Mapping[str, Kind] = {
     "pressure_kpa": Numbers(0.0, 1e5, "kPa", (3,)),
     "tip_force_n": Numbers(-_FORCE, _FORCE, "N", (3,)),
@@ -44,7 +44,7 @@ RECORD_KEYS: Mapping[str, Kind] = {
 
 
 def state_record(state: ActuatorState) -> dict[str, Any]:
-    """One JSON object: angles in degrees, lengths in mm, pressures in kPa, forces in N, moments in N mm."""
+    """Return the record of a state, as one JSON object."""
     shape = state.shape
     limit = state.settled.limit_pressure
     distance = state.wall_distance
@@ -78,7 +78,7 @@ def state_record(state: ActuatorState) -> dict[str, Any]:
 
 
 def load_record(load: ActuatorLoad) -> dict[str, Any]:
-    """The load's part of the record."""
+    """Return the load's part of the record."""
     return {
         "pressure_kpa": [_KPA * p for p in load.pressure],
         "tip_force_n": list(load.tip_force),
@@ -86,19 +86,3 @@ def load_record(load: ActuatorLoad) -> dict[str, Any]:
         "gravity_m_per_s2": list(load.gravity),
         "follower": load.follower,
     }
-
-
-def load_from_record(record: Mapping[str, Any]) -> ActuatorLoad:
-    """The load that `load_record` wrote."""
-
-    def triple(key: str, unit: float = 1.0) -> tuple[float, float, float]:
-        first, second, third = (float(value) / unit for value in record[key])
-        return first, second, third
-
-    return ActuatorLoad(
-        triple("pressure_kpa", _KPA),
-        triple("tip_force_n"),
-        triple("tip_moment_nmm", _MM),
-        triple("gravity_m_per_s2"),
-        bool(record["follower"]),
-    )

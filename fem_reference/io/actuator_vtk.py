@@ -1,4 +1,4 @@
-"""Write states of the actuator for ParaView: deformed hexahedra, the winding and the rod's axis as lines."""
+"""VTK files of actuator states for ParaView: deformed hexahedra, winding and rod as lines."""
 
 from pathlib import Path
 
@@ -14,20 +14,20 @@ BODY, WINDING, ROD = 0, 1, 2
 
 
 def write_actuator_vtk(actuator: Actuator, state: ActuatorState, file: str | Path) -> None:
-    """Write the deformed actuator as an unstructured grid, in millimetres.
+    """Write the deformed actuator as an unstructured grid in millimetres.
 
     Point data: ``displacement_mm``. Cell data: ``part`` (0 body, 1 winding, 2 rod), ``pressure_kpa`` (mean
-    pressure in the silicone, positive in compression) and ``tension_n`` (of the thread and of the rod).
+    pressure in the silicone, positive in compression) and ``tension_n`` (tension of thread and rod).
 
     Parameters
     ----------
     actuator, state : the actuator and one of its states.
-    file : to write; the suffix chooses the format.
+    file : path of the file; its suffix selects the format.
 
     Raises
     ------
     ValueError
-        For another suffix than ``.vtu`` or ``.vtk``.
+        If the suffix is neither ``.vtu`` nor ``.vtk``.
     """
     file = Path(file)
     if file.suffix not in (".vtu", ".vtk"):
@@ -68,18 +68,18 @@ def write_actuator_vtk(actuator: Actuator, state: ActuatorState, file: str | Pat
 
 
 class ActuatorSeries:
-    """A collection ``NAME.pvd`` of states ``NAME_0001.vtu`` …, which ParaView plays.
+    """ParaView collection ``NAME.pvd`` of states ``NAME_0001.vtu`` ….
 
-    It is whole after each state, so that a run that was stopped goes on with it.
+    The collection is complete after each state, so that an interrupted run can continue it.
 
     Parameters
     ----------
-    file : of the collection.
+    file : path of the collection.
 
     Raises
     ------
     ValueError
-        For another suffix than ``.pvd``.
+        If the suffix is not ``.pvd``.
     """
 
     def __init__(self, file: str | Path) -> None:
@@ -89,11 +89,11 @@ class ActuatorSeries:
         self._pressures: dict[int, float] = {}
 
     def part(self, number: int) -> Path:
-        """File of the state of that number."""
+        """Return the file of a state."""
         return self._file.with_name(f"{self._file.stem}_{number:04d}.vtu")
 
     def keep(self, number: int, load: ActuatorLoad) -> None:
-        """Take in a state that an earlier process has written, if it is there."""
+        """Add a state that an earlier process has written, if its file exists."""
         if self.part(number).exists():
             self._pressures[number] = max(load.pressure)
 

@@ -1,4 +1,4 @@
-"""Draw a path of the cell: its section, as much of it as the body is long, and its curves over the load."""
+"""Picture of a cell's path: its section, the bent body, and curves over the load."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,27 +17,27 @@ from fem_reference.mesh import BOTTOM, OUTER, cut
 
 _COLOURS = ("#0072b2", "#e69f00", "#009e73")
 _STYLES = ("o-", "s--", "^:")
-# For a label beside the section [mm].
-_ROOM = 2.4
-# Less moment is the solver's residual [N m].
+# Margin for a label beside the section [mm].
+_MARGIN = 2.4
+# Moments below this are the solver's residual [N m].
 _FREE = 1e-7
-# Less curvature is that of a straight cell [1/m].
+# A cell with less curvature is straight [1/m].
 _STRAIGHT = 1e-5
 
 
 def draw_cell(cell: PeriodCell, states: Sequence[CellState], file: str | Path) -> None:
-    """Write a picture of the last state and of how the cell got there; the suffix chooses the format.
+    """Write a picture of the last state and of the path to it; the suffix selects the format.
 
     Parameters
     ----------
-    cell : of the states.
-    states : one after another, at least one; the section and the bent body are the last one's.
-    file : to write.
+    cell : cell of the states.
+    states : states along the path, at least one; section and bent body show the last one.
+    file : path of the file.
 
     Raises
     ------
     ValueError
-        For no states.
+        If there are no states.
     """
     if not states:
         raise ValueError("states: got none, expected at least one")
@@ -51,7 +51,7 @@ def draw_cell(cell: PeriodCell, states: Sequence[CellState], file: str | Path) -
 
 
 def _draw_section(axes: Axes, cell: PeriodCell, state: CellState) -> None:
-    """The bottom face, over what it is at rest."""
+    """Draw the bottom face, over its shape at rest."""
     equations = cell.equations
     mesh = equations.mesh
     nodes = equations.all_positions(state.configuration)
@@ -65,19 +65,19 @@ def _draw_section(axes: Axes, cell: PeriodCell, state: CellState) -> None:
     axes.add_collection(rest)
     axes.add_collection(moved)
     axes.add_patch(Circle((0.0, 0.0), 0.5e3 * cell.geometry.cavity_diameter, color="0.45"))
-    outside = np.abs(nodes[np.unique(quads), :2]).max() + _ROOM
+    outside = np.abs(nodes[np.unique(quads), :2]).max() + _MARGIN
     for chamber, colour in enumerate(_COLOURS):
         azimuth = 2.0 * np.pi / 3.0 * chamber
         text = f"chamber {chamber + 1}\n{1e-3 * state.pressure[chamber]:.4g} kPa"
         x, y = outside * np.cos(azimuth), outside * np.sin(azimuth)
         axes.text(x, y, text, ha="center", va="center", fontsize=9, color=colour)
-        axes.update_datalim([(x - _ROOM, y - _ROOM), (x + _ROOM, y + _ROOM)])
+        axes.update_datalim([(x - _MARGIN, y - _MARGIN), (x + _MARGIN, y + _MARGIN)])
     axes.autoscale_view()
     axes.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]", title="section, at rest in grey")
 
 
 def _draw_body(axes: Axes, cell: PeriodCell, state: CellState) -> None:
-    """Periods over the body's length, each the image of the one before, seen across the bending plane."""
+    """Draw the periods of the body's length, each the image of the one before, across the bending plane."""
     equations = cell.equations
     mesh = equations.mesh
     u1, u2, _ = state.curvature
@@ -109,8 +109,8 @@ def _draw_body(axes: Axes, cell: PeriodCell, state: CellState) -> None:
 
 
 def _draw_curves(axes: list[Axes], cell: PeriodCell, states: Sequence[CellState]) -> None:
-    """Angle, curvature, and moment where there is one, else volumes, over what is raised."""
-    raised, name = _raised(states)
+    """Draw angle, curvature, and moments or else volumes, over the load."""
+    raised, name = _load_measure(states)
     length = cell.geometry.body_length
     curvature = np.array([state.curvature for state in states])
     moment = np.array([state.moment for state in states])
@@ -146,8 +146,8 @@ def _plot_three(
     axes.legend(fontsize=8, loc="best", framealpha=0.8)
 
 
-def _raised(states: Sequence[CellState]) -> tuple[Float[np.ndarray, " n"], str]:
-    """What grows along the path: the largest chamber's pressure, or else the curvature or the moment."""
+def _load_measure(states: Sequence[CellState]) -> tuple[Float[np.ndarray, " n"], str]:
+    """Return values and name of the load: the largest pressure, or else the curvature or the moment."""
     last = states[-1]
     chamber = int(np.argmax(last.pressure))
     if last.pressure[chamber] > 0.0:

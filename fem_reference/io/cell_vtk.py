@@ -1,4 +1,4 @@
-"""Write a state of the cell for ParaView: the deformed hexahedra and, as line cells, the winding."""
+"""VTK files of cell states for ParaView: deformed hexahedra, and the winding as lines."""
 
 from pathlib import Path
 
@@ -14,22 +14,22 @@ BODY, WINDING = 0, 1
 
 
 def write_vtk(cell: PeriodCell, state: CellState, file: str | Path, periods: int = 1) -> None:
-    """Write the deformed cell as an unstructured grid, in millimetres.
+    """Write the deformed cell as an unstructured grid in millimetres.
 
     Point data: ``displacement_mm``, so that ParaView's *Warp By Vector* with a factor of −1 gives the rest
     shape. Cell data: ``part`` (0 body, 1 winding), ``pressure_kpa`` (mean pressure in the silicone, positive
-    in compression) and ``tension_n`` (of the thread).
+    in compression) and ``tension_n`` (tension of the thread).
 
     Parameters
     ----------
     cell, state : the cell and one of its states.
-    file : to write; the suffix chooses the format.
-    periods : copies to stack along the rod, each the image of the one before.
+    file : path of the file; its suffix selects the format.
+    periods : number of periods along the rod, each the image of the one before.
 
     Raises
     ------
     ValueError
-        For another suffix, or fewer than one period.
+        If the suffix is neither ``.vtu`` nor ``.vtk``, or for fewer than one period.
     """
     file = Path(file)
     if file.suffix not in (".vtu", ".vtk"):

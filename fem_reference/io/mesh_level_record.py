@@ -1,4 +1,4 @@
-"""What files say of a mesh level: the name of one that has a name, or the counts of one of your own."""
+"""JSON record of a mesh level: the name of a predefined level, or the counts of another."""
 
 from dataclasses import asdict
 from typing import Any
@@ -21,12 +21,12 @@ _KEYS: dict[str, Kind] = {
 
 
 def level_record(level: str | MeshLevel) -> str | dict[str, Any]:
-    """A mesh level as JSON holds it, the same for a name and for the counts that have it.
+    """Return a mesh level for JSON: its name if it has one, also when given by its counts.
 
     Raises
     ------
     ValueError
-        For an unknown name.
+        If the name is unknown.
     """
     wanted = mesh_level(level) if isinstance(level, str) else level
     for name, known in LEVELS.items():
@@ -36,17 +36,17 @@ def level_record(level: str | MeshLevel) -> str | dict[str, Any]:
 
 
 def level_from_record(record: Any, where: str) -> MeshLevel:
-    """The mesh level that `level_record` told of.
+    """Return the mesh level of a record that `level_record` wrote.
 
     Parameters
     ----------
     record : name or counts.
-    where : the file and the key that it was found under, for an error's message.
+    where : file and key of the record, for error messages.
 
     Raises
     ------
     RecordError
-        Where it is neither.
+        If it is neither.
     """
     if isinstance(record, str):
         try:

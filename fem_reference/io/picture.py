@@ -1,4 +1,4 @@
-"""A deformed skin with the thread on it, seen at right angles to a bending plane. Lengths in mm."""
+"""Orthographic drawing of a deformed skin with the thread, normal to a bending plane. Lengths in mm."""
 
 from typing import NamedTuple
 
@@ -10,27 +10,30 @@ from matplotlib.colors import to_rgb
 from scipy.spatial import cKDTree
 
 SILICONE, THREAD = "#edcc9e", "#1f4e79"
-# The thread lies below the skin in truth; in the picture, by this above it, and so wide [mm].
-_LIFT, _WIDTH = 0.4, 0.22
-# By so much nearer to the eye than it is, for the skin between two turns bulges [mm].
+# The thread lies below the skin; the picture lifts it above the skin by this distance [mm].
+_LIFT = 0.4
+# Width of the drawn thread [mm].
+_WIDTH = 0.22
+# The thread is moved towards the eye by this distance, because the skin bulges between two turns [mm].
 _NEARER = 1.5
+# Brightness of faces without light.
 _AMBIENT = 0.55
 
 
 class View(NamedTuple):
-    """Orthographic: unit vectors to the right, up, and towards the eye."""
+    """Orthographic view: unit vectors to the right, up, and towards the eye."""
 
     right: Float[np.ndarray, "3"]
     up: Float[np.ndarray, "3"]
     eye: Float[np.ndarray, "3"]
 
     def seen(self, points: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 2"]:
-        """Place of points in the picture."""
+        """Return points in the picture's coordinates."""
         return np.stack([points @ self.right, points @ self.up], axis=-1)
 
 
 def across(bending_plane: float) -> View:
-    """View at right angles to the bending plane γ [rad]; the body bends to the right."""
+    """Return the view normal to the bending plane γ [rad]; the body bends to the right."""
     c, s = np.cos(bending_plane), np.sin(bending_plane)
     return View(np.array([-c, -s, 0.0]), np.array([0.0, 0.0, 1.0]), np.array([-s, c, 0.0]))
 
@@ -41,9 +44,9 @@ def thread_faces(
     skin: Float[np.ndarray, "faces 4 3"],
     view: View,
 ) -> Float[np.ndarray, "segments 4 3"]:
-    """Ribbons towards the eye along the thread, just above the skin (outward normals) that they lie under.
+    """Return ribbons along the thread that face the eye, just above the skin (normals outward).
 
-    They are moved towards the eye, which no orthographic view shows.
+    They are also moved towards the eye, which an orthographic view does not show.
     """
     tree, normals = cKDTree(skin.mean(axis=1)), _normals(skin)
     ribbons = [np.empty((0, 4, 3))]
@@ -59,12 +62,12 @@ def thread_faces(
 
 
 def paint(axes: Axes, view: View, bodies: list[tuple[Float[np.ndarray, "_ 4 3"], str]]) -> None:
-    """Draw the faces that are turned to the eye, the farthest first, whichever body they are of.
+    """Draw the faces of all bodies that point to the eye, the farthest first.
 
     Parameters
     ----------
-    axes, view : to draw on.
-    bodies : faces, counter-clockwise from outside, and their colour.
+    axes, view : axes to draw on, and the view.
+    bodies : faces (counter-clockwise from outside) and colour of each body.
     """
     corners = np.concatenate([faces for faces, _ in bodies])
     colours = np.concatenate([np.tile(to_rgb(colour), (len(faces), 1)) for faces, colour in bodies])
@@ -74,7 +77,7 @@ def paint(axes: Axes, view: View, bodies: list[tuple[Float[np.ndarray, "_ 4 3"],
     light = 0.8 * view.eye + 0.5 * view.up - 0.3 * view.right
     shade = _AMBIENT + (1.0 - _AMBIENT) * np.clip(normals @ light / np.linalg.norm(light), 0.0, 1.0)
     order = np.argsort(corners.mean(axis=1) @ view.eye, kind="stable")
-    # Edges of the faces' own colour close the seams that antialiasing leaves.
+    # Edges in the colour of the faces close the seams that antialiasing leaves.
     axes.add_collection(
         PolyCollection(
             list(view.seen(corners)[order]),

@@ -1,7 +1,6 @@
-"""JSON objects of files that may come from anywhere: what each key holds, in which range, and errors.
+"""Validation of JSON objects from untrusted files against a schema: kind and range of each key.
 
-Ranges keep out what no actuator has; they say nothing of a good result. Keys that a schema does not name may
-hold anything.
+Ranges exclude physically impossible values and do not judge results. Keys outside the schema are not checked.
 """
 
 import json
@@ -14,16 +13,16 @@ from typing import Any
 
 
 class RecordError(ValueError):
-    """A file or an object of one that cannot be used; the message is one line that names both."""
+    """Error for a file, or an object in one, that is not valid; the message is one line that names both."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Kind(ABC):
-    """What a key may hold.
+    """Kind of value that a key may hold.
 
     Parameters
     ----------
-    null : whether null may stand in its place.
+    null : whether the value may be null.
     optional : whether the key may be missing.
     """
 
@@ -33,22 +32,22 @@ class Kind(ABC):
     @property
     @abstractmethod
     def expected(self) -> str:
-        """In words, for an error message."""
+        """Description for an error message."""
 
     @abstractmethod
     def holds(self, value: Any) -> bool:
-        """Whether a value that is not null is of this kind."""
+        """Return whether a value other than null is of this kind."""
 
 
 @dataclass(frozen=True)
 class Numbers(Kind):
-    """Finite numbers from `least` to `most`, both included.
+    """Finite number, or nested lists of numbers, from `least` to `most` inclusive.
 
     Parameters
     ----------
-    least, most, unit : of each.
-    shape : of the nested lists, None for a length of at least one; a single number where it is empty.
-    whole : whether they are integers.
+    least, most, unit : range and unit of each number.
+    shape : shape of the nested lists, with None for any length from one; empty for a single number.
+    whole : whether the numbers are integers.
     """
 
     least: float | int
@@ -59,14 +58,14 @@ class Numbers(Kind):
 
     @property
     def expected(self) -> str:
-        """In words, for an error message."""
+        """Description for an error message."""
         number = "whole number" if self.whole else "number"
         size = " × ".join("n" if length is None else str(length) for length in self.shape)
         many = f"{size} {number}s, each" if self.shape else f"a {number}"
         return f"{many} from {self.least:g} to {self.most:g}{f' {self.unit}' if self.unit else ''}"
 
     def holds(self, value: Any) -> bool:
-        """Whether nested lists have the shape, and all numbers are in the range."""
+        """Return whether nested lists have the shape, and all numbers are in the range."""
         return self._holds(value, self.shape)
 
     def _holds(self, value: Any, shape: tuple[int | None, ...]) -> bool:
@@ -80,17 +79,17 @@ class Numbers(Kind):
 
 @dataclass(frozen=True)
 class OneOf(Kind):
-    """One of a few words, or of true and false."""
+    """One of a few texts, or of true and false."""
 
     values: tuple[str | bool, ...]
 
     @property
     def expected(self) -> str:
-        """In words, for an error message."""
+        """Description for an error message."""
         return "one of " + ", ".join(json.dumps(value) for value in self.values)
 
     def holds(self, value: Any) -> bool:
-        """Whether it is one of them; 1 is not true."""
+        """Return whether the value is one of them; 1 does not count as true."""
         return any(type(value) is type(known) and value == known for known in self.values)
 
 
@@ -101,19 +100,19 @@ class Text(Kind):
     expected: str = field(default="a text", init=False)
 
     def holds(self, value: Any) -> bool:
-        """Whether it is a text."""
+        """Return whether the value is a text."""
         return isinstance(value, str)
 
 
 @dataclass(frozen=True)
 class Object(Kind):
-    """A JSON object, whatever its keys, or with those of a schema."""
+    """A JSON object with the keys of a schema, or with any keys."""
 
     keys: Mapping[str, Kind] = field(default_factory=dict)
     expected: str = field(default="a JSON object", init=False)
 
     def holds(self, value: Any) -> bool:
-        """Whether it is an object; `refuse_faults` looks into it."""
+        """Return whether the value is an object; `refuse_faults` checks its keys."""
         return isinstance(value, dict)
 
 
@@ -121,12 +120,12 @@ FLAG = OneOf((False, True))
 
 
 def read_record(file: Path, keys: Mapping[str, Kind]) -> dict[str, Any]:
-    """Read a file that holds one JSON object.
+    """Read a file with one JSON object.
 
     Raises
     ------
     RecordError
-        Where the file cannot be read, is not JSON in UTF-8, or not as the schema has it.
+        If the file cannot be read, is not JSON in UTF-8, or does not match the schema.
     """
     try:
         text = file.read_text(encoding="utf-8")
@@ -136,7 +135,7 @@ def read_record(file: Path, keys: Mapping[str, Kind]) -> dict[str, Any]:
 
 
 def parse_record(text: str, where: str, keys: Mapping[str, Kind]) -> dict[str, Any]:
-    """Read a text that holds one JSON object; `where` is its place in an error's message."""
+    """Read a text with one JSON object; `where` names its source in error messages."""
     try:
         content = json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -146,14 +145,14 @@ def parse_record(text: str, where: str, keys: Mapping[str, Kind]) -> dict[str, A
 
 
 def refuse_faults(content: Any, where: str, keys: Mapping[str, Kind], inside: str = "") -> None:
-    """Raise a `RecordError` where an object is not as a schema has it.
+    """Raise a `RecordError` if an object does not match a schema.
 
     Parameters
     ----------
-    content : as JSON was read.
-    where : file or place that the error names.
-    keys : the schema.
-    inside : keys that led to the object.
+    content : content read from JSON.
+    where : file or other source that the error names.
+    keys : schema.
+    inside : keys that lead to the object, joined by dots.
     """
     if not isinstance(content, dict):
         raise RecordError(f"{where}: got {reprlib.repr(content)}, expected a JSON object")

@@ -1,7 +1,7 @@
-"""A path of loads on disk: every load step is kept as soon as it is found, and a killed run goes on from it.
+"""Run directory for a path of loads: every load step is saved, and a killed run resumes after the last one.
 
-The directory holds ``run.json`` (what was asked for), ``step_0001.json`` … (records) and the checkpoint of
-the last step, ``state.npz``. Each is written so that its name stands for a whole file at any time.
+The directory holds ``run.json`` (the description of the run), ``step_0001.json`` … (records) and
+``state.npz``, the checkpoint of the last step. Files are written atomically.
 """
 
 import json
@@ -22,21 +22,21 @@ _FIELDS = tuple(Deformation.__dataclass_fields__)
 
 
 class RunError(ValueError):
-    """The directory cannot be used for this run; the message says why."""
+    """Error for a directory that cannot be used for this run; the message says why."""
 
 
 class ActuatorRun:
-    """A path of loads and its directory.
+    """Directory of a path of loads.
 
     Parameters
     ----------
-    directory : made if it is not there; of the same run, if it is.
-    description : everything that the results depend on, as JSON would hold it; loads included.
+    directory : path of the directory; created, or that of the same run.
+    description : everything that the results depend on, loads included, in the types of JSON.
 
     Raises
     ------
     RunError
-        Where the directory holds another run, or cannot be written to.
+        If the directory holds another run, or is not writable.
     """
 
     def __init__(self, directory: str | Path, description: dict[str, Any]) -> None:
@@ -44,18 +44,18 @@ class ActuatorRun:
         file = self.directory / "run.json"
         try:
             self.directory.mkdir(parents=True, exist_ok=True)
-            # Of this run's own killed processes: a directory belongs to one run.
+            # A directory belongs to one run, so these parts come from its killed processes.
             drop_parts(self.directory)
             if not file.exists():
                 write_atomically(file, json.dumps(description, indent=1))
-            held = read_record(file, {})
+            stored = read_record(file, {})
         except (OSError, RecordError) as error:
             raise RunError(
                 f"run: got {str(directory)!r}, expected a directory for this run: {error}"
             ) from error
         # Through JSON, so that tuples and lists compare as equal.
-        if held != json.loads(json.dumps(description)):
-            differ = [key for key in {*held, *description} if held.get(key) != description.get(key)]
+        if stored != json.loads(json.dumps(description)):
+            differ = [key for key in {*stored, *description} if stored.get(key) != description.get(key)]
             raise RunError(
                 f"run: got {str(directory)!r}, which holds a run with another {', '.join(sorted(differ))}; "
                 "expected a new directory, or the same run"
@@ -65,12 +65,12 @@ class ActuatorRun:
         return self.directory / f"step_{step:04d}.json"
 
     def records(self) -> list[dict[str, Any]]:
-        """Records of the steps that are finished.
+        """Return the records of the finished steps.
 
         Raises
         ------
         RunError
-            Where one of them is damaged.
+            If a record is damaged.
         """
         found: list[dict[str, Any]] = []
         while (file := self._file(len(found) + 1)).exists():
@@ -81,16 +81,16 @@ class ActuatorRun:
         return found
 
     def states(self, actuator: Actuator, loads: Sequence[ActuatorLoad]) -> Iterator[ActuatorState]:
-        """Follow the loads that are not finished, keeping each state before it is yielded.
+        """Follow the unfinished loads; each state is saved before it is yielded.
 
-        Where all are finished, the last state is yielded again.
+        If all loads are finished, the last state is yielded again.
 
         Raises
         ------
         ActuatorError
-            When a load is not reached; what was found before is kept.
+            If a load is not reached; the states before it are saved.
         RunError
-            Where the directory holds a damaged file, or a state cannot be written to it.
+            If the directory holds a damaged file, or a state cannot be written.
         """
         start, done = self.checkpoint(actuator, loads)
         if done == len(loads) and start is not None:
@@ -115,7 +115,7 @@ class ActuatorRun:
             "back": np.array([back for _, back in memory.earlier]),
         }
         earlier = [behind for behind, _ in memory.earlier]
-        # NaN for states of a path that was not led by volume.
+        # NaN for states that were not found by volume control.
         arrays["pressures"] = np.array(
             [b.pressure if isinstance(b, VolumeState) else np.nan for b in earlier]
         )
@@ -124,7 +124,7 @@ class ActuatorRun:
         for k, deformation in enumerate(deformations):
             arrays |= {f"{name}_{k}": getattr(deformation, name) for name in _FIELDS}
         try:
-            # The record first: a step counts as done once its checkpoint names it.
+            # The record comes first: a step is finished once the checkpoint names it.
             write_atomically(self._file(step), json.dumps(state_record(state)))
             with atomic_part(self.directory / "state.npz") as part, part.open("wb") as stream:
                 np.savez(stream, **arrays)
@@ -137,12 +137,12 @@ class ActuatorRun:
     def checkpoint(
         self, actuator: Actuator, loads: Sequence[ActuatorLoad]
     ) -> tuple[ActuatorState | None, int]:
-        """The last state that was kept, and how many steps it closes.
+        """Return the last saved state and the number of finished steps.
 
         Raises
         ------
         RunError
-            Where a file is damaged, or is no state of this actuator.
+            If a file is damaged, or holds no state of this actuator.
         """
         file = self.directory / "state.npz"
         if not file.exists():
@@ -158,9 +158,9 @@ class ActuatorRun:
             ValueError,
             zipfile.BadZipFile,
         ) as error:
-            told = " ".join(str(error).split())
+            reason = " ".join(str(error).split())
             raise RunError(
-                f"run: {file}: got {told or type(error).__name__}, expected a state of this run; "
+                f"run: {file}: got {reason or type(error).__name__}, expected a state of this run; "
                 "delete it to begin anew"
             ) from error
         if len(self.records()) < step:
@@ -173,50 +173,51 @@ class ActuatorRun:
     @staticmethod
     def _read(file: Path, actuator: Actuator, loads: Sequence[ActuatorLoad]) -> tuple[ActuatorState, int]:
         # numpy leaves its own stream open where the archive is damaged.
-        with file.open("rb") as stream, np.load(stream) as held:
-            step = int(held["step"])
+        with file.open("rb") as stream, np.load(stream) as stored:
+            step = int(stored["step"])
             if not 1 <= step <= len(loads):
                 raise ValueError(f"step {step} of {len(loads)}")
-            _refuse_faults(held, actuator)
+            _refuse_faults(stored, actuator)
             deformations = [
-                Deformation(*(held[f"{name}_{k}"] for name in _FIELDS)) for k in range(len(held["back"]) + 1)
+                Deformation(*(stored[f"{name}_{k}"] for name in _FIELDS))
+                for k in range(len(stored["back"]) + 1)
             ]
             behind = [
                 deformation if np.isnan(pressure) else VolumeState(deformation, float(pressure))
-                for deformation, pressure in zip(deformations[1:], held["pressures"], strict=True)
+                for deformation, pressure in zip(deformations[1:], stored["pressures"], strict=True)
             ]
-            earlier = list(zip(behind, (float(b) for b in held["back"]), strict=True))
+            earlier = list(zip(behind, (float(b) for b in stored["back"]), strict=True))
             settled = Settled(
-                base_force=held["base"][:3],
-                base_moment=held["base"][3:],
-                iterations=int(held["iterations"]),
-                residual=float(held["residual"]),
-                stable=None if int(held["stable"]) < 0 else bool(held["stable"]),
-                limit_pressure=None if np.isnan(held["limit"]).any() else held["limit"],
+                base_force=stored["base"][:3],
+                base_moment=stored["base"][3:],
+                iterations=int(stored["iterations"]),
+                residual=float(stored["residual"]),
+                stable=None if int(stored["stable"]) < 0 else bool(stored["stable"]),
+                limit_pressure=None if np.isnan(stored["limit"]).any() else stored["limit"],
                 memory=PathMemory(
-                    float(held["path_step"]), earlier, held["heading"], float(held["longest_step"])
+                    float(stored["path_step"]), earlier, stored["heading"], float(stored["longest_step"])
                 ),
             )
         return actuator.state(loads[step - 1], deformations[0], settled), step
 
 
-# Numbers that may be without a value: limits, longest steps, pressures of states that have none.
-_OPEN = ("limit", "longest_step", "pressures")
+# Arrays that may hold NaN or infinity.
+_MAY_BE_OPEN = ("limit", "longest_step", "pressures")
 _VECTORS = {"base": 6, "limit": 3}
 
 
-def _refuse_faults(held: Any, actuator: Actuator) -> None:
-    """Raise a ValueError where arrays of a checkpoint are not those of a state of this actuator."""
+def _refuse_faults(stored: Any, actuator: Actuator) -> None:
+    """Raise a ValueError if the arrays of a checkpoint are not a state of this actuator."""
     rest = actuator.equations.rest()
-    for name in held.files:
-        array = held[name]
-        if array.dtype.kind not in "fi" or (name not in _OPEN and not np.isfinite(array).all()):
+    for name in stored.files:
+        array = stored[name]
+        if array.dtype.kind not in "fi" or (name not in _MAY_BE_OPEN and not np.isfinite(array).all()):
             raise ValueError(f"{name} that is not finite")
     for name, length in _VECTORS.items():
-        if held[name].shape != (length,):
-            raise ValueError(f"{name} of shape {held[name].shape}")
-    for k in range(len(held["back"]) + 1):
+        if stored[name].shape != (length,):
+            raise ValueError(f"{name} of shape {stored[name].shape}")
+    for k in range(len(stored["back"]) + 1):
         for name in _FIELDS:
-            shape, own = held[f"{name}_{k}"].shape, getattr(rest, name).shape
+            shape, own = stored[f"{name}_{k}"].shape, getattr(rest, name).shape
             if shape != own:
                 raise ValueError(f"{name} of shape {shape} for {own}")

@@ -69,7 +69,7 @@ def law_data(
     feature_weights, mixing, slopes = law.feature_weights, law.mixing, law.slopes
     guess = np.stack([axes.T @ law.guess for axes, _ in placed])
     if straight.any():
-        # The guess is linear in q − q₀, but the core has q: one more feature, which changes by 1, carries −q₀.
+        # The guess is linear in q − q₀, but the core has q: one more feature, changing by 1, carries −q₀.
         feature_weights = np.pad(feature_weights, [(0, 1), (0, 0)])
         biases, mixing, slopes = (
             np.pad(a, [*[(0, 0)] * (a.ndim - 1), (0, 1)]) for a in (biases, mixing, slopes)

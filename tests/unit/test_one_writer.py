@@ -12,7 +12,10 @@ WRITES = {"write_text", "write_bytes", "savefig", "savez", "savez_compressed", "
 
 
 def test_both_packages_have_the_same_writer() -> None:
-    assert (ROOT / "rodmodel" / "io" / WRITER).read_text() == (ROOT / "fem_reference" / WRITER).read_text()
+    first, second = (
+        (ROOT / package / "io" / WRITER).read_text() for package in ("rodmodel", "fem_reference")
+    )
+    assert first == second
 
 
 def bare_writes(source: str) -> list[int]:

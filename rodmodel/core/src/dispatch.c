@@ -1,13 +1,13 @@
-/* The instruction sets of the machine, from the processor itself: what compilers offer for that needs a run-time
- * library which not all of them bring. */
+/* Instruction sets of the machine, from the CPUID instruction: the compilers' builtins for this need a run-time library
+ * that not every compiler has. */
 #include "dispatch.h"
 
 #if defined(__x86_64__)
 
 #include <cpuid.h>
 
-/* Registers that the operating system saves when it switches threads, a bit each (Intel SDM 1, 13.3): the processor
- * may have more, and they must not be used. Only where bit_OSXSAVE is set. */
+/* Registers that the operating system saves when it switches threads, one bit each (Intel SDM 1, 13.3). Others must not
+ * be used. Valid only if bit_OSXSAVE is set. */
 static unsigned int saved_registers(void)
 {
     unsigned int low, high;
@@ -18,7 +18,7 @@ static unsigned int saved_registers(void)
 int rm_best_variant(void)
 {
     const unsigned int ymm = 0x06;  /* lower and upper halves of 256-bit registers */
-    const unsigned int zmm = 0xe6;  /* those, mask registers, and the rest of 32 512-bit registers */
+    const unsigned int zmm = 0xe6;  /* ymm, mask registers, and the rest of 32 512-bit registers */
     const unsigned int fma = bit_OSXSAVE | bit_AVX | bit_FMA;
     const unsigned int avx512 = bit_AVX512F | bit_AVX512DQ | bit_AVX512VL | bit_AVX512BW;
     unsigned int a, b, c, d, features;

@@ -1,6 +1,6 @@
-/* The functions of rodmodel_core.h, in one translation unit, so that a compiler sees the loops whole.
+/* The functions of rodmodel_core.h, in one translation unit, so that a compiler can inline the loops.
  *
- * With RM_VARIANT defined, every public name ends in it: copies for several instruction sets in one program. */
+ * RM_VARIANT, if defined, is a suffix of every public name: variants for several instruction sets in one program. */
 #ifdef RM_VARIANT
 #define RM_JOINED(name, variant) name##variant
 #define RM_NAMED(name, variant) RM_JOINED(name, variant)
@@ -142,7 +142,7 @@ int rm_inverse_batch(const rm_rod *rod, const rm_target *targets, const rm_input
     return reached;
 }
 
-/* Most of what a calibration may hold: sizes stay within an int, and a workspace within a few megabytes. */
+/* Limits that keep sizes within an int, and a workspace within a few megabytes. */
 #define RM_MOST_RIDGES 65536
 #define RM_MOST_FEATURES 4096
 

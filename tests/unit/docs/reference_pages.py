@@ -7,8 +7,10 @@ option shows in a review. `test_pages` compares them with the code.
 
 import argparse
 import ast
+import importlib
 import re
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from unittest import mock
 
@@ -38,6 +40,15 @@ A program ends with one of these statuses.
 | 130 | Ctrl-C ended the program. Runs on disk are kept and go on. |
 | 141 | Nobody read the output to its end, as with `head`. `rodmodel` alone. |
 """
+
+
+# What the page of a package's rooms begins with.
+_ROOMS = {
+    "rodmodel": "Names that [`rodmodel`](api_rodmodel.md) has itself are left out.",
+    "fem_reference": "Names that [`fem_reference`](api_fem_reference.md) has itself are left out. They "
+    "serve equations of your own, and may change from release to release.",
+    "calibration": "Its [command line](command_line.md#rodmodel-calibrate) does the same for files.",
+}
 
 
 def parser_of(program: Callable[[Sequence[str] | None], int]) -> argparse.ArgumentParser:
@@ -102,22 +113,15 @@ def _plain(value: object) -> str:
     return " ".join(f"{number:g}" for number in value) if isinstance(value, list | tuple) else f"{value}"
 
 
-def rooms() -> str:
-    """Doors of the packages behind rodmodel, with the names that it has not itself."""
-    lines = [
-        "# API: the packages of rodmodel",
-        "",
-        _WRITTEN,
-        "",
-        "Each package exports what the others may use. Names that [`rodmodel`](api_rodmodel.md) has itself",
-        "are left out. `calibration` is used by its [command line](command_line.md#rodmodel-calibrate).",
-        "",
-    ]
-    for door in sorted(ROOT.glob("rodmodel/*/__init__.py")):
-        names = [name for name in exported(door) if name not in rodmodel.__all__]
+def rooms(package: str) -> str:
+    """Names at the doors of a package's rooms, but for those that the package has itself."""
+    lines = [f"# API: the rooms of {package}", "", _WRITTEN, "", _ROOMS[package], ""]
+    own = getattr(importlib.import_module(package), "__all__", ())
+    for door in sorted(ROOT.glob(f"{package}/*/__init__.py")):
+        names = [name for name in exported(door) if name not in own]
         if not names:
             continue
-        room = f"rodmodel.{door.parent.name}"
+        room = f"{package}.{door.parent.name}"
         lines += [f"## {room}", "", f"::: {room}", "    options:", "      show_root_heading: false"]
         lines += ["      members:", *(f"        - {name}" for name in names), ""]
     return "\n".join(lines)
@@ -165,7 +169,7 @@ def _sentence(text: str) -> str:
 
 #: By file name, what each page holds.
 PAGES: dict[str, Callable[[], str]] = {
-    "api_rooms.md": rooms,
+    **{f"api_rooms_{package}.md": partial(rooms, package) for package in _ROOMS},
     "command_line.md": command_line,
     "result_codes.md": result_codes,
 }

@@ -1,39 +1,41 @@
-/* Least squares over the pressures of a domain, 0 <= p_k <= p_max,k and sum p <= p_sum, by Levenberg and Marquardt's
- * method: each step minimises the damped linear model over the whole domain, faces included, exactly. Steps that come
- * out higher are taken for a while, as the next one mends along a curved valley what the one before has missed of it,
- * and taken back where they lead to nothing better. Nocedal and Wright (2006), Numerical Optimization, chs 10.3 and
- * 16; Chamberlain, Powell, Lemarechal and Pedersen (1982), Math. Program. Study 16, 1. */
+/* Least squares over the pressures of a domain, 0 <= p_k <= p_max,k and sum p <= p_sum, by the Levenberg-Marquardt
+ * method: each step minimises the damped linear model exactly over the whole domain, faces included. The search is
+ * non-monotone (a watchdog): a few steps may increase the cost, which helps along curved valleys, and are undone if
+ * none after them improves on the best. Nocedal and Wright (2006), Numerical Optimization, chs 10.3 and 16;
+ * Chamberlain, Powell, Lemarechal and Pedersen (1982), Math. Program. Study 16, 1. */
 #ifndef RM_POLYTOPE_H
 #define RM_POLYTOPE_H
 
 #include "vector.h"
 
-/* Of one search; a long valley, where a third pressure hardly moves the tip, takes many. */
+/* Largest number of steps in a search; a long valley, where a third pressure hardly moves the tip, needs many. */
 #define RM_MOST_STEPS 200
-/* Levenberg and Marquardt's term, against squares of derivatives near one: at first, least and most. */
+/* Levenberg-Marquardt damping: first, least and largest value, for derivatives near one. */
 #define RM_DAMPING R(1e-3)
 #define RM_LEAST_DAMPING R(1e-14)
 #define RM_MOST_DAMPING R(1e8)
+/* Factor on the damping after a better step, and after a failed one. */
 #define RM_SHRINK R(0.1)
 #define RM_GROW R(5.0)
-/* How many steps may be taken from where the sum of squares has grown, and by how much. */
+/* Largest number of successive steps without a better point. */
 #define RM_ASTRAY 2
+/* Largest cost at such a step over the best one. */
 #define RM_HIGHEST R(100.0)
 
-/* A domain in units of its largest pressure, or its face without pressure in one chamber; -1 for the whole. */
+/* A domain in units of its largest pressure, or its face on which chamber `without` has no pressure; -1: the domain. */
 typedef struct {
     rm_real upper[3], total;
     int without;
 } polytope;
 
-/* A point, and what was found there. */
+/* A point with its residual. */
 typedef struct {
     vec point;
-    rm_real cost;      /* sum of squares of the residual; infinite where there is none */
+    rm_real cost;      /* sum of squares of the residual; infinite if undefined */
     vec residual;
-    mat slope;         /* of the residual by the point */
-    rm_real memory[6]; /* start for what is solved nearby */
-    rm_real memory_slope[6][3]; /* of it by the point */
+    mat slope;         /* derivative of the residual by the point */
+    rm_real memory[6]; /* start for the solve at a nearby point */
+    rm_real memory_slope[6][3]; /* derivative of `memory` by the point */
 } place;
 
 typedef struct {
@@ -42,8 +44,7 @@ typedef struct {
     int steps;
 } least_squares_fit;
 
-/* Residual and slope at a point, from what was found at a place nearby, or NULL; the cost infinite where there is
- * none. */
+/* Evaluate residual and slope at a point, starting from a nearby place or NULL; the cost is infinite if undefined. */
 typedef void (*evaluation)(void *what, vec point, const place *near, place *there);
 
 RM_INLINE rm_real component(vec v, int k)
@@ -51,8 +52,8 @@ RM_INLINE rm_real component(vec v, int k)
     return k == 0 ? v.x : (k == 1 ? v.y : v.z);
 }
 
-/* Minimum of d.H d/2 + g.d over the polytope, d from `point`, H positive definite: the least of the minima on the
- * planes of its faces that are inside. */
+/* Minimise d.H d/2 + g.d over the polytope, with d from `point` and H positive definite: enumerate the faces, and take
+ * the least of the minima in their planes that lie inside the polytope. */
 static vec minimum_over(sym h, vec gradient, vec point, const polytope *box)
 {
     const rm_real slack = R(8.0) * RM_EPSILON;
@@ -78,7 +79,7 @@ static vec minimum_over(sym h, vec gradient, vec point, const polytope *box)
         if (!usable || left < -slack || (with_total && count == 0)) {
             continue;
         }
-        /* Of the free ones: H d = -g - (what the others do) - multiplier. */
+        /* For the free coordinates, H d = -g - (terms of the fixed ones) - multiplier. */
         rm_real m[3][3] = {{R(1.0), R(0.0), R(0.0)}, {R(0.0), R(1.0), R(0.0)}, {R(0.0), R(0.0), R(1.0)}};
         rm_real right[3] = {R(0.0), R(0.0), R(0.0)}, ones[3] = {R(0.0), R(0.0), R(0.0)};
         for (int i = 0; i < count; i++) {
@@ -119,7 +120,7 @@ static vec minimum_over(sym h, vec gradient, vec point, const polytope *box)
         if (inside && sum <= box->total + slack && value < least) {
             least = value;
             for (int k = 0; k < 3; k++) {
-                /* Within rounding of a bound is on it. */
+                /* The bounds must hold exactly, without rounding. */
                 best[k] = smaller(larger(at[k], R(0.0)), box->upper[k]);
             }
         }
@@ -127,12 +128,12 @@ static vec minimum_over(sym h, vec gradient, vec point, const polytope *box)
     return vec_of(best);
 }
 
-/* Minimise from `start`, inside the polytope, until the cost is `enough`, or the linear model promises to take no more
- * than the part `worth` off it. */
+/* Minimise from `start`, inside the polytope, until the cost is at most `enough`, or the linear model predicts a
+ * relative decrease of at most `worth`. */
 static least_squares_fit least_squares(evaluation evaluate, void *what, vec start, const place *near,
                                        const polytope *box, rm_real enough, rm_real worth)
 {
-    /* The rounding of a double to the power 0.6, and that squared. */
+    /* Machine epsilon to the power 0.6. */
 #ifdef RM_REAL_FLOAT
     const rm_real small = R(7e-5);
 #else

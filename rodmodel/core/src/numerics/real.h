@@ -1,4 +1,4 @@
-/* Numbers of the chosen precision, and vectors of them as the processor has them. */
+/* Numbers of the chosen precision, and SIMD vectors of them. */
 #ifndef RM_REAL_H
 #define RM_REAL_H
 
@@ -37,8 +37,8 @@
 
 #define RM_PI R(3.141592653589793238462643)
 
-/* Sums over ridges are kept in independent parts, one a lane, as strict IEEE addition in one part waits for itself.
- * Compilers of GNU's kind have a type for that; elsewhere, and on processors without vectors, there is one lane. */
+/* Sums over ridges have one partial sum per lane, as successive additions to a single sum wait for each other. Compilers
+ * with GNU extensions have vector types; with others, and on processors without vectors, there is one lane. */
 #if defined(__GNUC__) && defined(__AVX512F__)
 #define RM_LANES 8
 #elif defined(__GNUC__) && defined(__AVX__)
@@ -61,8 +61,8 @@ typedef rm_real lanes;
 #define STORE(p, v) (*(p) = (v))
 #endif
 
-/* 1/x for x of 1 or more. AVX-512 divides slowly and has a first guess of 14 bits, which Newton's method doubles twice;
- * the last digit may differ from a division's. */
+/* 1/x for x >= 1. AVX-512 divides slowly but has an estimate of 14 bits, whose bits two Newton steps quadruple; the last
+ * digit may differ from that of a division. */
 #if RM_LANES == 8 && !defined(RM_REAL_FLOAT)
 #include <immintrin.h>
 static inline __attribute__((always_inline)) lanes inverse_of(lanes x)
@@ -75,7 +75,7 @@ static inline __attribute__((always_inline)) lanes inverse_of(lanes x)
 #define inverse_of(x) (R(1.0) / (x))
 #endif
 
-/* Neighbouring solutions are worked on four at a time. */
+/* Neighbouring solutions are integrated in blocks of four. */
 #if defined(__GNUC__)
 #define RM_BLOCK 4
 typedef rm_real block __attribute__((vector_size(RM_BLOCK * sizeof(rm_real))));
@@ -96,7 +96,7 @@ typedef rm_real block;
 #define RM_INLINE static inline
 #endif
 
-/* Sums over the lanes of `count` vectors. */
+/* Sum the lanes of each of `count` vectors. */
 RM_INLINE void sum_lanes(const lanes *parts, int count, rm_real *sums)
 {
 #if RM_LANES == 8 && defined(__has_builtin)
@@ -141,7 +141,7 @@ RM_INLINE void sum_lanes(const lanes *parts, int count, rm_real *sums)
     }
 }
 
-/* Whether a number is finite; true of no NaN. Written out, as compilers may drop isfinite. */
+/* Return whether a number is finite; false for a NaN. Compilers may drop isfinite. */
 RM_INLINE int is_finite(rm_real x)
 {
     return rm_abs(x) <= (R(1.0) / RM_TINY);

@@ -1,4 +1,4 @@
-/* Vectors, symmetric matrices, quaternions, and the exponential of a screw. */
+/* Vectors, symmetric matrices, quaternions, and the exponential map of SE(3). */
 #ifndef RM_VECTOR_H
 #define RM_VECTOR_H
 
@@ -8,18 +8,18 @@ typedef struct {
     rm_real x, y, z;
 } vec;
 
-/* Entries 11, 12, 13, 22, 23, 33. */
+/* Symmetric matrix: entries 11, 12, 13, 22, 23, 33. */
 typedef struct {
     rm_real xx, xy, xz, yy, yz, zz;
 } sym;
 
-/* Scalar part first, of unit length. */
+/* Unit quaternion, scalar part first. */
 typedef struct {
     rm_real w;
     vec v;
 } quat;
 
-/* By columns. */
+/* Matrix by columns. */
 typedef struct {
     vec a, b, c;
 } mat;
@@ -89,7 +89,7 @@ RM_INLINE rm_real dot(vec a, vec b)
 RM_INLINE rm_real largest(vec a)
 {
     const rm_real x = rm_abs(a.x), y = rm_abs(a.y), z = rm_abs(a.z);
-    /* Of a NaN comes NaN. */
+    /* The sum returns a NaN if there is one. */
     return (x >= y && x >= z) ? x : ((y >= z && x <= y) ? y : ((z >= x && z >= y) ? z : x + y + z));
 }
 
@@ -100,7 +100,7 @@ RM_INLINE vec sym_apply(sym m, vec a)
     return v;
 }
 
-/* By Cramer's rule. */
+/* Invert by Cramer's rule. */
 RM_INLINE sym sym_inverse(sym m)
 {
     const rm_real p = m.yy * m.zz - m.yz * m.yz, q = m.xz * m.yz - m.xy * m.zz, r = m.xy * m.yz - m.xz * m.yy;
@@ -110,7 +110,7 @@ RM_INLINE sym sym_inverse(sym m)
     return inverse;
 }
 
-/* Whether it is positive definite: its leading minors are. */
+/* Return whether a matrix is positive definite, by its leading minors. */
 RM_INLINE int sym_is_positive(sym m)
 {
     const rm_real minor = m.xx * m.yy - m.xy * m.xy;
@@ -123,7 +123,7 @@ RM_INLINE rm_real determinant(mat m)
     return dot(m.a, cross(m.b, m.c));
 }
 
-/* x with M x = right, by Cramer's rule. */
+/* Solve M x = right by Cramer's rule. */
 RM_INLINE vec mat_solve(mat m, vec right)
 {
     const vec bc = cross(m.b, m.c), ca = cross(m.c, m.a), ab = cross(m.a, m.b);
@@ -183,7 +183,7 @@ RM_INLINE vec out_of_body(quat q, vec v)
     return along(along(v, R(2.0) * q.w, t), R(2.0), cross(q.v, t));
 }
 
-/* Rotation matrix of a quaternion, rounding of its length taken out. */
+/* Rotation matrix of a quaternion, normalised. */
 RM_INLINE mat mat_of_quat(quat q)
 {
     const rm_real w = q.w, x = q.v.x, y = q.v.y, z = q.v.z;
@@ -194,12 +194,12 @@ RM_INLINE mat mat_of_quat(quat q)
     return m;
 }
 
-/* Of an angle theta with x = theta^2: cos(theta/2), sin(theta/2)/theta, and (theta - sin theta)/theta^3. */
+/* For an angle theta with x = theta^2: cos(theta/2), sin(theta/2)/theta, and (theta - sin theta)/theta^3. */
 typedef struct {
     rm_real cosine, sine, third;
 } half_angle;
 
-/* Polynomial of eight terms, by halves: few operations wait for others. */
+/* Evaluate a polynomial of eight terms by Estrin's scheme: few operations wait for others. */
 RM_INLINE rm_real series(rm_real x, rm_real a, rm_real b, rm_real c, rm_real d, rm_real e, rm_real f, rm_real g,
                          rm_real h)
 {
@@ -242,9 +242,10 @@ RM_INLINE quat turn_by(quat q, vec turn)
     return turned(q, half_angle_of(dot(turn, turn)), turn);
 }
 
-/* Quaternion of R exp(turn), and the way R V(turn) shift in the base frame: the step (shift, turn) on SE(3), with
- * V = I + B turn^ + C turn^^2, B = (1 - cos)/theta^2, C = (theta - sin)/theta^3. Murray, Li and Sastry (1994), A
- * Mathematical Introduction to Robotic Manipulation, eq. 2.36. */
+/* Take the step (shift, turn) on SE(3): return the quaternion of R exp(turn), and set `way` to the displacement
+ * R V(turn) shift in the base frame, with V = I + B turn^ + C turn^^2, B = (1 - cos)/theta^2,
+ * C = (theta - sin)/theta^3. Murray, Li and Sastry (1994), A Mathematical Introduction to Robotic Manipulation,
+ * eq. 2.36. */
 RM_INLINE quat screw_by(quat q, vec turn, vec shift, vec *way)
 {
     const half_angle h = half_angle_of(dot(turn, turn));

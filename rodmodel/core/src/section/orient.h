@@ -1,4 +1,4 @@
-/* The law of one orientation of a winding, from that of all: what hangs on psi alone, worked out once. */
+/* The law of one orientation of a winding from that of all: the parts that depend on psi, computed once. */
 #ifndef RM_ORIENT_H
 #define RM_ORIENT_H
 

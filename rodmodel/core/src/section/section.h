@@ -1,28 +1,29 @@
-/* The section law at one pressure: a sum of ridges of the curvature on a quadratic. */
+/* The section law at one pressure: a quadratic of the curvature and a sum of ridge functions. */
 #ifndef RM_SECTION_H
 #define RM_SECTION_H
 
 #include "vector.h"
 
-/* Newton's method for the free curvature: its longest step, in units of the curvature scale, and most. */
+/* Longest Newton step for the free curvature, over the curvature scale. */
 #define RM_LONGEST R(0.2)
+/* Largest number of these steps. */
 #define RM_MOST_ROOT_STEPS 60
 
 #define RM_MOST_IMAGES 6
 
-/* Law contracted at a pressure. Arrays of `total` ridges lie in the workspace. */
+/* Law contracted at a pressure. Its arrays over `total` ridges lie in the workspace. */
 typedef struct {
     const rm_law *law;
     int total;
-    rm_real *offsets;             /* b + e.h, of all images */
-    rm_real *offset_slopes;       /* (3, total): by the pressures, times 1 Pa; NULL where they are not wanted */
+    rm_real *offsets;             /* b + e.h, for all images */
+    rm_real *offset_slopes;       /* (3, total): derivatives by the pressures [1/Pa], or NULL */
     rm_real *bend;                /* -c phi''/4; written by `linearise` */
     rm_real *jerk;                /* c phi''' */
     rm_real moment_scale, stiffness_scale, third_scale;
-    vec slope;                    /* with what the pressures add */
-    vec slope_slopes[3];          /* of it by the pressures */
+    vec slope;                    /* slope at these pressures */
+    vec slope_slopes[3];          /* its derivatives by the pressures [1/Pa] */
     rm_real constant;
-    vec guess;                    /* free curvature over u_s that the network guesses */
+    vec guess;                    /* the network's guess of the free curvature, over u_s */
 } contracted;
 
 typedef struct {
@@ -38,17 +39,17 @@ typedef struct {
     rm_real third[10];
 } expansion;
 
-/* How far from an expansion the law is taken from it, over the curvature scale: what is left out of the stiffness is
- * of second order in that. */
+/* Largest distance from an expansion at which it replaces the law, over the curvature scale; the stiffness' error is of
+ * second order in it. */
 #define RM_NEARBY R(1e-3)
 
 #if RM_LANES > 1 && !defined(RM_REAL_FLOAT)
 typedef long long integers __attribute__((vector_size(RM_LANES * sizeof(long long))));
 
-/* tanh x = 1 - 2/(e^2x + 1), to a rounding of 1; e^y = 2^n e^r with |r| <= ln 2 / 2. */
+/* tanh x = 1 - 2/(e^2x + 1), with an absolute error of one rounding; e^y = 2^n e^r with |r| <= ln 2 / 2. */
 RM_INLINE lanes tanh_of(lanes x)
 {
-    const double to_integer = 6755399441055744.0; /* 1.5 2^52: what is added to it is rounded to an integer */
+    const double to_integer = 6755399441055744.0; /* 1.5 2^52: adding it rounds a number to an integer */
     lanes y = 2.0 * x;
     y = (lanes)(((integers)y & (y < 40.0)) | ((integers)(y - y + 40.0) & (y >= 40.0)));
     y = (lanes)(((integers)y & (y > -40.0)) | ((integers)(y - y - 40.0) & (y <= -40.0)));
@@ -73,7 +74,7 @@ RM_INLINE lanes tanh_of(lanes x)
 #define RM_TANH_OF
 #endif
 
-/* Hidden functions h of an image at scaled pressures; q comes first. */
+/* Features h of an image: the scaled pressures q, then the hidden functions. */
 RM_INLINE void features_of(const rm_law *law, int image, const rm_real *pressure, rm_real *features)
 {
     const int *order = law->orders + 3 * image;
@@ -99,7 +100,8 @@ RM_INLINE void features_of(const rm_law *law, int image, const rm_real *pressure
     }
 }
 
-/* Contract a law at pressures. Room for 3 + features numbers, and in `arrays` for 3 or 6 times images * ridges. */
+/* Contract a law at pressures. `features` holds 3 + features numbers, `arrays` images * ridges times 3, or times 6 with
+ * slopes. */
 static void contract(const rm_law *law, const rm_real *pressure, int with_slopes, rm_real *features, rm_real *arrays,
                      contracted *at)
 {
@@ -181,9 +183,9 @@ static void contract(const rm_law *law, const rm_real *pressure, int with_slopes
     }
 }
 
-/* Moment and stiffness at x = u/u_s, both over their scales; with `keep`, what the ridges' slopes need is kept.
+/* Moment and stiffness at x = u/u_s, both over their scales; `keep` stores c phi'' and c phi''' of the ridges.
  *
- * With r = 1/(1 + z^2): phi' = r^2, phi'' = -4 z r^3, phi''' = (20 - 24 r) r^3; the factor -4 is put in last. */
+ * With r = 1/(1 + z^2): phi' = r^2, phi'' = -4 z r^3, phi''' = (20 - 24 r) r^3; the factor -4 is applied last. */
 RM_INLINE section_state linearise_scaled(const contracted *at, vec x, int keep)
 {
     const rm_law *law = at->law;
@@ -242,7 +244,7 @@ RM_INLINE section_state linearise(const contracted *at, vec curvature, int keep)
     return found;
 }
 
-/* Third derivatives [N m^3], where `linearise` was kept. */
+/* Third derivatives [N m^3], after `linearise` with `keep`. */
 RM_INLINE void third_derivatives(const contracted *at, rm_real third[10])
 {
     const int total = at->total;
@@ -285,7 +287,7 @@ RM_INLINE sym sym_add(sym a, sym b)
     return found;
 }
 
-/* Section at a curvature: from an expansion where that is near, and from the law elsewhere. */
+/* Section at a curvature, from a nearby expansion, else from the law. */
 RM_INLINE section_state linearise_near(const contracted *at, vec curvature, const expansion *near)
 {
     const vec way = sub(curvature, near->curvature);
@@ -300,8 +302,8 @@ RM_INLINE section_state linearise_near(const contracted *at, vec curvature, cons
     return found;
 }
 
-/* By the pressures, where `linearise` was kept: of the moment [N m/Pa], and of the stiffness applied to y [1/m^2].
- * The stiffness' change along y comes with them. */
+/* Derivatives by the pressures of the moment [N m/Pa], and of the stiffness applied to y [1/m^2], after `linearise` with
+ * `keep`. Returns the change of the stiffness along y. */
 RM_INLINE sym slopes_by_pressure(const contracted *at, vec y, vec moment[3], vec stiffened[3])
 {
     const int total = at->total;
@@ -338,8 +340,8 @@ RM_INLINE sym slopes_by_pressure(const contracted *at, vec y, vec moment[3], vec
     return sym_scale(at->third_scale, found);
 }
 
-/* Root of the moment near the guess [1/m], by Newton's method with limited steps; NaN where none is found. The
- * section there comes with it, c phi'' and c phi''' of its ridges kept. */
+/* Root of the moment near the guess [1/m], by Newton's method with limited steps; NaN if none is found. Sets the section
+ * there, with c phi'' and c phi''' of its ridges kept. */
 static vec find_free_curvature(const contracted *at, section_state *section)
 {
     const rm_real limit = rm_sqrt(RM_EPSILON), u_s = at->law->curvature_scale;
@@ -353,7 +355,7 @@ static vec find_free_curvature(const contracted *at, section_state *section)
         }
         x = along(x, size > RM_LONGEST ? -RM_LONGEST / size : R(-1.0), change);
         if (size <= limit) {
-            /* The next change would be a rounding, as it is about the square. */
+            /* Newton's method converges quadratically: the next change would be a rounding. */
             *section = linearise(at, scale(u_s, x), 1);
             return scale(u_s, x);
         }
@@ -364,7 +366,7 @@ static vec find_free_curvature(const contracted *at, section_state *section)
     return none;
 }
 
-/* phi = (z/(1 + z^2) + arctan z)/2 */
+/* Sum of c phi over the ridges, phi = (z/(1 + z^2) + arctan z)/2. */
 RM_INLINE rm_real ridge_energy(const contracted *at, vec x)
 {
     const rm_law *law = at->law;
@@ -392,7 +394,8 @@ RM_INLINE void add_lifts(const contracted *at, vec curvature, rm_real factor, rm
     }
 }
 
-/* Chamber volumes per length, summed over sections: of their lifts, factors' sum and factors times curvatures. */
+/* Chamber volumes per length, summed over sections with factors, from three sums over the sections: the lifts, the
+ * factors, and the factors times curvatures. */
 static void volumes_of(const contracted *at, const rm_real *pressure, const rm_real *lifts, rm_real factors,
                        vec curvatures, rm_real *features, rm_real volume[3])
 {

@@ -12,7 +12,7 @@ from fem_reference.actuator.model import ActuatorModel
 from fem_reference.actuator.motion import _behind
 from fem_reference.actuator.problem import ActuatorProblem
 from fem_reference.central_rod import PRESSED
-from fem_reference.mesh.mirror_plane import images
+from fem_reference.mesh import mirror_images
 from fem_reference.walls.self_contact import TIE_BREAK
 from tests.fem_fixtures import TINY
 
@@ -111,7 +111,7 @@ def test_walls_that_are_held_apart_or_off_the_rod_keep_the_plane():
     """The pairs of walls that are in the way, and their tie-breaking offsets, have no mirror images."""
     model = ActuatorModel(GEOMETRY, Ogden(), DoubleHelix(), Thread(), TINY, 1070.0, "cap", False, True)
     problem = ActuatorProblem(ActuatorEquations(model))
-    image = images(problem.equations.rest_positions)
+    image = mirror_images(problem.equations.rest_positions)
     start, end = (nearly_closed(problem, gap) for gap in (0.03, -0.005))
     for at in (start, end):
         # Where the walls cross the plane they are the mirror images of themselves.

@@ -11,6 +11,7 @@ from fem_reference import Ogden
 from fem_reference.elements import SolidElements
 from fem_reference.mesh import BodyMesh
 from tests.fem_fixtures import (
+    ORDERS,
     TURN,
     assemble,
     asymmetry,
@@ -24,7 +25,7 @@ from tests.fem_fixtures import (
 )
 
 
-@pytest.fixture(scope="module", params=[1, 2], ids=["linear", "quadratic"])
+@pytest.fixture(scope="module", params=ORDERS)
 def mesh(request) -> BodyMesh:
     return distorted_block(3, request.param)
 

@@ -7,6 +7,7 @@ from fem_reference import Ogden
 from fem_reference.elements import SolidElements, ViscousSolid
 from fem_reference.mesh import BodyMesh
 from tests.fem_fixtures import (
+    ORDERS,
     TURN,
     assemble,
     asymmetry,
@@ -19,7 +20,7 @@ from tests.fem_fixtures import (
 MU = 0.1
 
 
-@pytest.fixture(scope="module", params=[1, 2], ids=["linear", "quadratic"])
+@pytest.fixture(scope="module", params=ORDERS)
 def mesh(request) -> BodyMesh:
     return distorted_block(2, request.param)
 

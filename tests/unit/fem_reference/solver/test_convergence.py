@@ -8,7 +8,7 @@ import pytest
 
 from fem_reference.solver import Contact, admissible_part
 from fem_reference.solver.convergence import at_noise
-from tests.diagonal_problem import Diagonal, Move, double_well, tolerate
+from tests.diagonal_problem import Diagonal, Move, Push, double_well, tolerate
 
 
 def _noisy() -> Diagonal:
@@ -55,6 +55,8 @@ class Walled(Diagonal):
 @pytest.mark.parametrize("length", [0.02, 0.0012, 0.001])
 def test_walls_in_the_way_are_held_apart_and_the_rest_goes_on(length):
     walled = Walled(lambda x: x, np.ones_like, 2, reach=1.0)
-    at, whole = admissible_part(walled, np.zeros(2), Move(np.full(2, length)), None, 1.0)
+    start = np.zeros(2)
+    linear = walled.linearise(start, Push(start))
+    at, whole = admissible_part(walled, start, Move(np.full(2, length)), linear, 1.0)
     np.testing.assert_allclose(at, (1e-3, length), rtol=1e-12)
     assert whole is (length <= 1e-3)

@@ -1,11 +1,11 @@
 """Fit of an actuator's ends to runs of the full actuator: their compliance, and the poses of body and cap.
 
-All numbers are fitted to the unloaded states of the ``fit`` runs only. First the axial compliance of the ends:
-with it the cell has the curvature of the actuator's middle. Then, with the cell of that compliance, five
-numbers of `rodmodel.Actuator` fit the arc to the tip's pose: its position, and that of a point half a body's
-length ahead of it. A sixth fits the cell's chamber volumes to the actuator's. The base acts by a moment; the
-rotation follows from the cell's stiffness, relative to the stiffness at rest. The cell has the mesh of the
-runs, so that neither the mesh nor the error of a law affects the numbers.
+All numbers are fitted to the unloaded states of the ``fit`` runs only. First the axial compliance of the
+ends: with it the cell has the curvature of the actuator's middle. Then, with the cell of that compliance,
+five numbers of `rodmodel.Actuator` fit the arc to the tip's pose: its position, and that of a point half a
+body's length ahead of it. A sixth fits the cell's chamber volumes to the actuator's. The base acts by a
+moment; the rotation follows from the cell's stiffness, relative to the stiffness at rest. The cell has the
+mesh of the runs, so that neither the mesh nor the error of a law affects the numbers.
 """
 
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""The fit of a section law to a dataset, its stable domain and its held-out error."""
+"""Fit of a section law to a dataset, its stable domain and its held-out error."""
 
 from calibration.fit.any_law import AnyLaw as AnyLaw
 from calibration.fit.held_out_error import NO_MOMENT as NO_MOMENT

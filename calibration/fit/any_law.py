@@ -1,4 +1,4 @@
-"""Laws of one orientation of the winding and laws of all, handled alike."""
+"""Common access to laws of a single orientation of the winding and of all orientations."""
 
 from jaxtyping import ArrayLike, Float
 
@@ -8,5 +8,5 @@ AnyLaw = SectionLaw | OrientedNetwork
 
 
 def law_at(law: AnyLaw, psi: Float[ArrayLike, ""]) -> SectionLaw:
-    """Law of a section; of its orientation ψ [rad], where it is a law of all."""
+    """Return the law of a section, at its orientation ψ [rad] for a law of all orientations."""
     return law.at_psi(psi) if isinstance(law, OrientedNetwork) else law

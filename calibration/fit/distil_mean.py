@@ -1,8 +1,8 @@
-"""States of the mean of several laws, for one law to learn it from.
+"""Distillation of the mean of several laws into one: training states from the mean.
 
-Laws that were fitted to the same few states from different starts err between these in ways of their own,
-and their mean errs less than one of them. It has the ridges of them all; but since it is known wherever one
-asks, a law as small as one of them can follow it, at as many states as it takes.
+Laws fitted to the same few states from different starts have different errors between these states, and
+their mean errs less than each of them. The mean has the ridges of all laws; but it can be evaluated at any
+state, so a law of the size of one of them can be trained to approximate it.
 
 References
 ----------
@@ -27,29 +27,29 @@ from calibration.fit.samples import Samples
 from rodmodel import Domain
 
 STATES = 1500
-# How far beyond the domain they go, which supports its edge as the sweeps' paths do.
+# Extent of the states relative to the domain: states beyond it support the fit at its edge.
 BEYOND = 1.05
 
 
 def mean_states(laws: Sequence[AnyLaw], domain: Domain, psi: Float[np.ndarray, " n"], seed: int) -> Samples:
-    """Random states under the domain's loads, with gradient and Hessian the mean of those of some laws.
+    """Return random states under the domain's loads, with the laws' mean gradient and Hessian.
 
     Parameters
     ----------
-    laws : whose mean it is; the curvatures are those at which the first of them balances the moments.
-    domain : of the loads; the states go a little beyond.
-    psi : orientations [rad] to draw from, where the laws are of all.
-    seed : of the random loads.
+    laws : laws to average; the curvatures are equilibria of the first one.
+    domain : domain of the loads; the states go slightly beyond.
+    psi : orientations [rad] to draw from, for laws of all orientations.
+    seed : seed of the random loads.
 
     Returns
     -------
-    states, all of them to train with; fewer where the first law has no equilibrium.
+    states : training states; fewer where the first law has no equilibrium.
     """
     rng = np.random.default_rng(seed)
     pressure = random_pressures(domain, STATES, BEYOND, rng)
     direction = rng.standard_normal((STATES, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    # A part is without moment, as the domain's inside is.
+    # One fifth of the states has no moment.
     size = np.maximum(0.0, 1.25 * rng.random((STATES, 1)) - 0.25)
     moment = size * direction * np.asarray(domain.moment_axes)
     angle = rng.choice(psi, STATES)
@@ -57,8 +57,7 @@ def mean_states(laws: Sequence[AnyLaw], domain: Domain, psi: Float[np.ndarray, "
     start = free_curvatures(laws[0], loads[0], jnp.asarray(angle))
     found, good = map(np.asarray, equilibrium(laws[0], *loads, start, jnp.asarray(angle)))
     state = jnp.asarray(np.concatenate([found, pressure], axis=1)[good])
-    of_each = [np.asarray(_derivatives(law, state, jnp.asarray(angle[good]))) for law in laws]
-    mean = np.mean(of_each, axis=0)
+    mean = np.mean([np.asarray(_derivatives(law, state, jnp.asarray(angle[good]))) for law in laws], axis=0)
     hessian = np.zeros((len(mean), 6, 6))
     hessian[:, *UPPER] = hessian.transpose(0, 2, 1)[:, *UPPER] = mean[:, 6:]
     return Samples(

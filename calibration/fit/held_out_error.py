@@ -1,4 +1,4 @@
-"""How far a law is from held-out states of the finite-element cell, and where it is farthest."""
+"""Error of a law at held-out states of the finite-element cell."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,23 +15,23 @@ from jaxtyping import Bool, Float
 from calibration.fit.any_law import AnyLaw, law_at
 from calibration.fit.samples import Samples
 
-EQUILIBRIUM_TOLERANCE = (
-    1e-8  # relative, of the curvature found under a given moment; errors of interest are 1e-3
-)
+# Relative tolerance of the curvature under a given moment; errors of interest are 1e-3.
+EQUILIBRIUM_TOLERANCE = 1e-8
 EQUILIBRIUM_STEPS = 50
-NO_MOMENT = 1e-6  # [N m]; bends 60 mm of the unpressurised section by a hundredth of a degree
+# Moments up to this count as zero [N m]: it bends 60 mm of the unpressurised section by 0.01°.
+NO_MOMENT = 1e-6
 
 
 @dataclass(frozen=True)
 class Deviations:
-    """A law against states, one a row.
+    """Deviations of a law from states, one state per row.
 
     Attributes
     ----------
     curvature : the law's curvature under the state's pressures and moment [1/m].
-    found : whether the law has such a curvature (its equilibrium was found).
+    found : whether the law has an equilibrium there.
     angle : error of the bending angle over the body's length [rad].
-    bend : error of the bending vector L (u1, u2), which also counts a bend into the wrong plane [rad].
+    bend : error of the bending vector L (u1, u2), which includes the error of the plane [rad].
     moment : norm of the moment error at the state's curvature [N m].
     volume : error of the chamber volumes per length at the state's curvature [m²].
     """
@@ -49,11 +49,11 @@ def deviations(law: AnyLaw, samples: Samples, length: float, from_cell: bool = F
 
     Parameters
     ----------
-    law : under trial.
+    law : law to compare.
     samples : states of the cell.
-    length : of the body whose bending angle counts [m].
-    from_cell : seek the law's equilibrium from the cell's curvature instead of its own free one; for laws
-        whose free curvature has to be searched for, and may be missed.
+    length : body length for the bending angle [m].
+    from_cell : start the search for the equilibrium at the cell's curvature instead of the law's free
+        curvature, for laws whose free curvature needs a search that may fail.
     """
     curvature, pressure = jnp.asarray(samples.curvature), jnp.asarray(samples.pressure)
     psi = jnp.asarray(samples.psi)
@@ -82,7 +82,7 @@ def _moments_and_volumes(law: AnyLaw, curvature: Array, pressure: Array, psi: Ar
 
 @eqx.filter_jit
 def free_curvatures(law: AnyLaw, pressure: Array, psi: Array) -> Array:
-    """Free curvatures that a law settles to, or guesses, shape (n, 3) [1/m]."""
+    """Return a law's free curvatures, shape (n, 3) [1/m]."""
     return jax.vmap(lambda p, angle: law_at(law, angle).free_curvature(p))(pressure, psi)
 
 
@@ -94,26 +94,26 @@ def equilibrium(
     start: Float[Array, "n 3"],
     psi: Float[Array, " n"],
 ) -> tuple[Float[Array, "n 3"], Bool[Array, " n"]]:
-    """Curvature of a law under given pressures and moments.
+    """Find the curvature of a law under given pressures and moments.
 
     Parameters
     ----------
     law : section law.
-    pressure : [Pa].
-    moment : [N m].
-    start : curvatures to begin from [1/m].
-    psi : orientation of each section [rad], for a law of all.
+    pressure : pressures [Pa].
+    moment : moments [N m].
+    start : initial curvatures [1/m].
+    psi : orientation of each section [rad], for a law of all orientations.
 
     Returns
     -------
-    curvature : [1/m]; not a number where none was found.
-    found : whether one was.
+    curvature : curvatures at equilibrium [1/m]; NaN where none was found.
+    found : whether an equilibrium was found.
     """
     solver: optx.Newton = optx.Newton(rtol=EQUILIBRIUM_TOLERANCE, atol=EQUILIBRIUM_TOLERANCE)
 
     def one(p: Array, m: Array, u: Array, angle: Array) -> tuple[Array, Array]:
         at = law_at(law, angle).at(p)
-        # The solver's tolerance is one of curvatures: in these units the residual is one too.
+        # The tolerance is one of curvature, so the residual is scaled to a curvature.
         unit = jnp.trace(at.stiffness(u)) / 3.0
         found: optx.Solution = optx.root_find(
             lambda u, _: (at.moment(u) - m) / unit,
@@ -129,18 +129,18 @@ def equilibrium(
 
 
 def figures(law: AnyLaw, samples: Samples, length: float, from_cell: bool = False) -> dict[str, Any]:
-    """Held-out figures, as they go into the calibration file.
+    """Return the held-out errors for the calibration file.
 
-    Each quantity has its median, 90th and 95th percentiles, worst value and the load where it is worst;
-    ``range`` is what the quantity spans over the same states. States at which the law has no equilibrium
-    count as infinitely far off, and make the figures not finite.
+    Each quantity has its median, 90th and 95th percentiles, worst value and the load of the worst value;
+    ``range`` is the range of the quantity over the same states. States at which the law has no equilibrium
+    have an infinite error.
 
     Parameters
     ----------
-    law : under trial.
+    law : law to compare.
     samples : held-out states inside the domain.
-    length : of the body whose bending angle counts [m].
-    from_cell : as in `deviations`.
+    length : body length for the bending angle [m].
+    from_cell : see `deviations`.
     """
     off = deviations(law, samples, length, from_cell)
     applied = np.linalg.norm(samples.moment, axis=1)
@@ -162,7 +162,7 @@ def figures(law: AnyLaw, samples: Samples, length: float, from_cell: bool = Fals
 
 
 def summary(error: np.ndarray, samples: Samples, extent: float) -> dict[str, Any]:
-    """Median, percentiles and worst of an error, where the worst is, and the quantity's range."""
+    """Return median, percentiles and worst value of an error, its load, and the quantity's range."""
     error = np.where(np.isnan(error), np.inf, error)
     worst = int(np.argmax(error))
     return {
@@ -182,5 +182,5 @@ def summary(error: np.ndarray, samples: Samples, extent: float) -> dict[str, Any
 
 
 def everywhere(error: Mapping[str, Any]) -> bool:
-    """Whether the law has an equilibrium at every held-out state: whether all of its `figures` are finite."""
+    """Return whether the law has an equilibrium at every held-out state: all `figures` are finite."""
     return all(np.isfinite(row["worst"]) for row in error.values() if isinstance(row, dict))

@@ -1,4 +1,4 @@
-"""Where a fit begins, and what it ends with: scales, random weights, and a guess of the free curvature."""
+"""Initial law of a fit: scales and random weights; and the final guess of the free curvature."""
 
 import math
 from dataclasses import dataclass, replace
@@ -13,16 +13,20 @@ from jaxtyping import Array, Float
 from calibration.fit.any_law import law_at
 from rodmodel import Domain, OrientedNetwork, RidgeNetwork
 
-# Pressures at which the guess is fitted, how far beyond the domain they go, and steps of the way to each.
-_PRESSURES, _BEYOND, _STEPS = 2000, 1.1, 30
+# Number of pressures at which the guess is fitted.
+_PRESSURES = 2000
+# Extent of these pressures relative to the domain.
+_BEYOND = 1.1
+# Steps from rest to each of them.
+_STEPS = 30
 
 
 @dataclass(frozen=True)
 class Scales:
-    """Fixed scales of a law, so that its coefficients are numbers near one.
+    """Fixed scales of a law, with which its coefficients are of order one.
 
-    They come from the actuator's dimensions and the domain alone: laws of different windings have the same,
-    and can be stacked.
+    They depend only on the actuator's dimensions and the domain, so that laws of different windings have
+    equal scales and can be stacked.
     """
 
     pressure: float
@@ -32,20 +36,20 @@ class Scales:
 
     @classmethod
     def of(cls, domain: Domain, body_length: float, chamber_area: float) -> "Scales":
-        """Scales for a domain, a body of a length [m], and chambers of an area [m²]."""
+        """Return the scales for a domain, a body length [m], and a chamber area [m²]."""
         pressure = 0.4 * float(max(domain.pressure_max))
         return cls(pressure, math.pi / body_length, pressure * chamber_area, chamber_area)
 
 
 def initial_law(scales: Scales, ridges: int, features: int, seed: int, symmetry: str) -> RidgeNetwork:
-    """A law before training.
+    """Return an untrained law.
 
     Parameters
     ----------
-    scales : of the law.
-    ridges, features : its size.
-    seed : of the random weights.
-    symmetry : of the section.
+    scales : scales of the law.
+    ridges, features : size of the law.
+    seed : seed of the random weights.
+    symmetry : symmetry of the section.
     """
     rng = np.random.default_rng(seed)
     inputs = 3 + features
@@ -68,7 +72,7 @@ def initial_law(scales: Scales, ridges: int, features: int, seed: int, symmetry:
 
 
 def initial_oriented(scales: Scales, ridges: int, features: int, seed: int) -> OrientedNetwork:
-    """A law of all orientations before training; see `initial_law`."""
+    """Return an untrained law of all orientations; see `initial_law`."""
     rng = np.random.default_rng([seed, 1])
     network = initial_law(scales, ridges, features, seed, "full")
     return OrientedNetwork(network, jnp.asarray(0.5 * rng.standard_normal((features, 2))))
@@ -77,7 +81,7 @@ def initial_oriented(scales: Scales, ridges: int, features: int, seed: int) -> O
 def random_pressures(
     domain: Domain, number: int, beyond: float, rng: np.random.Generator
 ) -> Float[np.ndarray, "n 3"]:
-    """Pressures in a domain ``beyond`` times as large, too large sums drawn back to its edge [Pa]."""
+    """Draw pressures [Pa] in a domain ``beyond`` times as large; too large sums are scaled to its edge."""
     pressure = beyond * rng.random((number, 3)) * np.asarray(domain.pressure_max)
     total = pressure.sum(axis=1, keepdims=True)
     return pressure * np.minimum(1.0, beyond * domain.pressure_sum_max / total)
@@ -87,10 +91,10 @@ FittedLaw = TypeVar("FittedLaw", RidgeNetwork, OrientedNetwork)
 
 
 def with_guess(law: FittedLaw, domain: Domain, seed: int = 0) -> FittedLaw:
-    """The law with a guess of its free curvature, by least squares to its roots at random pressures.
+    """Fit the law's guess of its free curvature, by least squares to roots at random pressures.
 
-    The roots are followed from rest along straight rays of pressure, as a loading would; at random
-    orientations, where the law is one of all.
+    The roots are followed from rest along straight rays of pressure, as in loading; at random orientations
+    for a law of all orientations.
     """
     rng = np.random.default_rng(seed)
     pressure = random_pressures(domain, _PRESSURES, _BEYOND, rng)
@@ -113,7 +117,7 @@ def with_guess(law: FittedLaw, domain: Domain, seed: int = 0) -> FittedLaw:
 
 @eqx.filter_jit
 def _roots(law: FittedLaw, pressure: Float[Array, "n 3"], psi: Float[Array, " n"]) -> Float[Array, "n 3"]:
-    """Free curvatures at the end of straight rays of pressure."""
+    """Return the free curvatures at the ends of straight rays of pressure."""
 
     def along(p: Array, angle: Array) -> Array:
         section = cast(RidgeNetwork, law_at(law, angle))
@@ -131,7 +135,7 @@ def _roots(law: FittedLaw, pressure: Float[Array, "n 3"], psi: Float[Array, " n"
 def _changes(
     law: FittedLaw, scaled: Float[Array, "n images 3"], psi: Float[Array, " n"]
 ) -> Float[Array, "n images inputs"]:
-    """h(q) − h(0) of each image."""
+    """Return h(q) − h(0) for each image."""
 
     def one(q: Array, angle: Array) -> Array:
         section = cast(RidgeNetwork, law_at(law, angle))

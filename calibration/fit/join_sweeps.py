@@ -1,4 +1,4 @@
-"""Training states of several sweeps of one section, or of a section at several orientations."""
+"""Joined training states of several sweeps of one section, or of a section at several orientations."""
 
 from collections.abc import Sequence
 from dataclasses import fields
@@ -10,21 +10,21 @@ import xarray as xr
 from calibration.fit.samples import Samples
 from calibration.sweep import attributes, whole_material
 
-# What sweeps must have in common; and a winding, but for its orientation where a law is one of all.
+# Attributes that sweeps must share, beside the winding (without its orientation for a law of all).
 _IN_COMMON = ("layout", "geometry", "mesh", "end_compliance", "material")
 
 
 class UnlikeError(ValueError):
-    """Sweeps of two sections."""
+    """Error for sweeps of different sections."""
 
 
 def refuse_unlike(dataset: xr.Dataset, other: xr.Dataset) -> None:
-    """Raise an `UnlikeError` where another sweep is not of the section that a law is fitted for.
+    """Raise an `UnlikeError` if another sweep has a different section.
 
     Parameters
     ----------
-    dataset : of the section; where every path has an orientation of its own, of all orientations.
-    other : sweep whose states are to be fitted with it.
+    dataset : sweep of the section; of all orientations if each path has its own.
+    other : sweep whose states are to be fitted too.
     """
     own, its = attributes(dataset), attributes(other)
     for run in (own, its):
@@ -41,12 +41,12 @@ def refuse_unlike(dataset: xr.Dataset, other: xr.Dataset) -> None:
 
 
 def joined(parts: Sequence[Samples]) -> Samples:
-    """States of several sweeps; as paths of two have the same names, they go by the number of theirs too."""
+    """Join the states of several sweeps; path names get the sweep's number, as they may be equal."""
     names = [np.array([f"{number}:{path}" for path in part.path]) for number, part in enumerate(parts)]
-    whole = {
+    arrays = {
         field.name: np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Samples)
     }
-    return Samples(**{**whole, "path": np.concatenate(names)})
+    return Samples(**{**arrays, "path": np.concatenate(names)})
 
 
 def _winding(run: dict[str, Any], any_orientation: bool) -> dict[str, Any]:

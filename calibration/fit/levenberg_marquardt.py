@@ -1,9 +1,9 @@
 """Levenberg–Marquardt fit of a law to gradient and Hessian of the section potential.
 
-A state gives 27 numbers, six slopes and twenty-one second derivatives, and a law has about a thousand
-parameters: few enough for the normal equations. From the same start, fifty of these iterations come further
-than thousands of a quasi-Newton method, in less time. The gradient is exact; the matrix, most of the work, is
-that of random combinations of each state's residuals, where there are many more of these than parameters.
+A state has 27 residuals, six first and twenty-one second derivatives, and a law about a thousand parameters:
+few enough for the normal equations. Fifty of these iterations reduce the loss more than thousands of a
+quasi-Newton method, in less time. The gradient is exact. The normal matrix, most of the work, is sketched: it
+uses random combinations of each state's residuals if there are many more residuals than parameters.
 
 References
 ----------
@@ -29,16 +29,19 @@ from calibration.fit.any_law import AnyLaw, law_at
 from calibration.fit.potential_derivatives import UPPER, gradient_and_hessian
 from calibration.fit.samples import Metric, Samples
 
-HESSIAN_WEIGHT = 0.3  # of the errors at neighbouring states against those at the states themselves
-_CHUNK = 384  # states whose Jacobian is held at a time
-_RESIDUALS = 27  # of a state
-# So many random combinations of residuals for each parameter make the normal matrix, others each time.
-# At 6 the mean square falls as fast as with all residuals, at 2.5 half as fast; near another law, whose
-# neighbourhood the prior holds to, 26 iterations at 3.5 end where 22 with all residuals do.
-_COMBINATIONS, _COMBINATIONS_NEAR = 6.0, 3.5
-# Relative to the mean diagonal of the normal matrix: the first damping; and how often it is raised in vain.
-_FIRST_DAMPING, _TRIALS = 1e-2, 12
-_PATIENCE = 10  # iterations over which convergence is judged
+HESSIAN_WEIGHT = 0.3  # weight of errors at neighbouring states against those at the states themselves
+_CHUNK = 384  # states whose Jacobian is in memory at a time
+_RESIDUALS = 27  # residuals of a state
+# Random combinations of residuals per parameter in the normal matrix, drawn anew in each iteration: with 6
+# the loss falls as fast as with all residuals.
+_COMBINATIONS = 6.0
+# The same for a fit that stays near another law, where the prior needs fewer.
+_COMBINATIONS_NEAR = 3.5
+# First damping, relative to the mean diagonal of the normal matrix.
+_FIRST_DAMPING = 1e-2
+# Increases of the damping before the fit has converged.
+_TRIALS = 12
+_PATIENCE = 10  # iterations over which convergence is measured
 
 Law = TypeVar("Law", bound=AnyLaw)
 Watch = Callable[[int, float], None]  # iterations so far, mean square of the residuals
@@ -46,20 +49,20 @@ Watch = Callable[[int, float], None]  # iterations so far, mean square of the re
 
 @dataclass(frozen=True)
 class Fitted(Generic[Law]):
-    """A fitted law, what was minimised, the iterations it took, and whether it converged."""
+    """Fitted law with its loss, the number of iterations, and whether they converged."""
 
     law: Law
     loss: float
-    """Mean square of the residuals, and the prior."""
+    """Mean square of the residuals, plus the prior."""
     iterations: int
     converged: bool
 
 
 def residual_weights(samples: Samples, scales: Metric) -> Float[np.ndarray, "n 27 27"]:
-    """Of each state, the factor that makes the metric of its 27 numbers a sum of squares.
+    """Return each state's weight matrix W, with which its loss is |W r|² for its 27 residuals r.
 
-    The squares are those of the gradient's error, and of what the Hessian's error makes of it one sampling
-    step away, in the units of the metric.
+    The loss sums the squared errors of the gradient at the state, and one sampling step away through the
+    error of the Hessian, in the units of the metric.
     """
     count = len(samples)
     rows = np.zeros((count, 6, 7, 27))
@@ -71,10 +74,10 @@ def residual_weights(samples: Samples, scales: Metric) -> Float[np.ndarray, "n 2
 
 
 def mean_square(law: AnyLaw, samples: Samples, scales: Metric) -> float:
-    """Mean over the states of the squared residuals of gradient and Hessian, in the units of the metric.
+    """Return the mean over the states of the squared residuals, in the units of the metric.
 
-    A law that is its own mirror image has the same residuals at the mirror image of every state: adding those
-    to the data would change nothing.
+    A mirror-symmetric law has equal residuals at the mirror images of the states, which are therefore left
+    out.
     """
     return _loss(law, _chunks(samples, scales))
 
@@ -93,15 +96,14 @@ def fit(
 
     Parameters
     ----------
-    law : to begin from.
+    law : initial law.
     samples, scales : training states and their metric.
-    iterations : at most.
-    tolerance : on the relative fall of the mean square in ten iterations; single ones may gain little.
-    prior : weight of the sum of the parameters' squares against the mean square of the residuals: what the
-        states do not say stays small, and the law smooth between them.
-    stay_near : the prior is on the parameters' distance from those of `law`: what the states do not say stays
-        as it is there.
-    watch : told the progress.
+    iterations : maximum number of iterations.
+    tolerance : convergence tolerance on the relative decrease of the loss in ten iterations.
+    prior : weight of the squared parameters against the mean square of the residuals; it keeps the law
+        smooth between the states.
+    stay_near : apply the prior to the change of the parameters from those of `law`.
+    watch : callback for the progress.
     """
     trained, fixed = eqx.partition(law, eqx.is_inexact_array)
     start, unravel = ravel_pytree(trained)
@@ -120,8 +122,8 @@ def fit(
 
     loss, damping, growth = loss_at(x), _FIRST_DAMPING, 2.0
     diagonal = np.diag_indices(x.size)
-    # Taken once: new pages for such matrices cost more than what is done with them. The lower triangles are
-    # all that is ever read.
+    # Allocated once: page faults of such matrices cost more than the work on them. Only lower triangles are
+    # read.
     products = np.zeros((x.size, x.size), np.float32, order="F")
     normal, damped = (np.zeros((x.size, x.size), order="F") for _ in range(2))
     losses, converged = [loss], False
@@ -139,7 +141,7 @@ def fit(
         for _ in range(_TRIALS):
             damped[:] = normal
             damped[diagonal] += damping * unit
-            step = _solved(damped, -pull)
+            step = _solve_definite(damped, -pull)
             there = math.inf if step is None else loss_at(x + step)
             # Nielsen (1999), Damping parameter in Marquardt's method, IMM-REP-1999-05, eq. 2.5.
             if step is not None and there < loss:
@@ -149,17 +151,17 @@ def fit(
                 break
             damping, growth = damping * growth, 2.0 * growth
         else:
-            converged = True  # no step downhill is left, however short
+            converged = True  # not even a short step decreases the loss
         losses.append(loss)
         converged |= len(losses) > _PATIENCE and losses[-1 - _PATIENCE] - loss <= tolerance * loss
         watch(len(losses) - 1, loss)
     return Fitted(law_of(x), loss, len(losses) - 1, converged)
 
 
-def _solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
-    """Solution with a matrix' lower triangle, which is overwritten; None where it is not definite.
+def _solve_definite(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
+    """Solve with a matrix' lower triangle, which is overwritten; None if it is not positive definite.
 
-    So it is where the slopes' rounding outweighs the damping.
+    It is not if the round-off of the slopes exceeds the damping.
     """
     try:
         factor = scipy.linalg.cho_factor(matrix, lower=True, overwrite_a=True)
@@ -168,7 +170,7 @@ def _solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
     return np.asarray(scipy.linalg.cho_solve(factor, right))
 
 
-# Compiled once for all laws of one form and size: every start of a fit, and what judges it.
+# Compiled once for all laws of one form and size.
 @eqx.filter_jit
 def _residuals(law: AnyLaw, chunk: Any) -> jax.Array:
     return jax.vmap(lambda state: _residual(law, state))(chunk)
@@ -176,7 +178,7 @@ def _residuals(law: AnyLaw, chunk: Any) -> jax.Array:
 
 @eqx.filter_jit
 def _half_gradient(law: AnyLaw, chunk: Any) -> jax.Array:
-    """Half the gradient of the squares (parameters,)."""
+    """Return half the gradient of the sum of squares (parameters,)."""
     trained, fixed = eqx.partition(law, eqx.is_inexact_array)
     half = jax.grad(lambda trained: 0.5 * jnp.sum(_residuals(eqx.combine(trained, fixed), chunk) ** 2))
     return ravel_pytree(half(trained))[0]
@@ -184,9 +186,9 @@ def _half_gradient(law: AnyLaw, chunk: Any) -> jax.Array:
 
 @eqx.filter_jit
 def _slopes(law: AnyLaw, chunk: Any, combinations: int, draw: jax.Array) -> jax.Array:
-    """Slopes of a state's residuals, or of random combinations of them (states, combinations, parameters).
+    """Return slopes of the residuals, or of random combinations (states, combinations, parameters).
 
-    Their products are those of all slopes on the average. In single precision, as they only choose the step.
+    The expectation of their products is that of all slopes. Single precision is enough for a step direction.
     """
 
     def single(tree: Any) -> Any:
@@ -218,7 +220,7 @@ def _residual(law: AnyLaw, state: tuple[jax.Array, ...]) -> jax.Array:
 
 
 def _chunks(samples: Samples, scales: Metric) -> list[tuple[np.ndarray, ...]]:
-    """States in parts of one size, so that one compilation does; the last is filled up without weight."""
+    """Split states into parts of one size, for one compilation; the last is padded with zero weight."""
     y = np.concatenate([samples.curvature, samples.pressure], axis=1)
     target = np.concatenate([samples.gradient, samples.hessian[:, *UPPER]], axis=1)
     parts = [y, samples.psi, target, residual_weights(samples, scales)]

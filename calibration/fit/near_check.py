@@ -1,4 +1,4 @@
-"""Whether a law that a fit is to begin with is of the same actuator."""
+"""Check that the initial law of a fit belongs to the same actuator."""
 
 import math
 from collections.abc import Mapping
@@ -8,24 +8,24 @@ from calibration.fit.join_sweeps import UnlikeError
 from calibration.sweep import whole_material
 from rodmodel import Calibration, Domain
 
-# How far beyond a law's domain a fit may reach before its start is told to be an extrapolation.
+# Extent of a fit relative to the domain of its initial law beyond which a caution is given.
 _BEYOND = 1.25
-_SAME = 1e-9  # of numbers that were written and read
+_SAME = 1e-9  # relative difference of numbers that were written and read
 
 
 def refuse_another_actuator(near: Calibration, run: Mapping[str, Any]) -> None:
-    """Raise an `UnlikeError` where a law is of another geometry or material than a run, or of measurements.
+    """Raise an `UnlikeError` if a law has another geometry or material than a run, or is adjusted.
 
     Parameters
     ----------
-    near : calibration whose law a fit is to begin with.
-    run : attributes of the dataset that is fitted.
+    near : calibration of the initial law.
+    run : attributes of the fitted dataset.
     """
     if near.law.is_adjusted:
         raise UnlikeError("a law adjusted to measurements, expected one of finite elements")
     its, own = near.provenance.get("geometry_m"), dict(run["geometry"])
     if not isinstance(its, Mapping):
-        # A file by another hand; it has these lengths all the same.
+        # The file was not written here, but has these lengths.
         its = {name: getattr(near.actuator, name) for name in ("body_length", "cap_length", "body_diameter")}
         own = {name: own.get(name) for name in its}
     _refuse_difference("geometry", its, own)
@@ -35,12 +35,12 @@ def refuse_another_actuator(near: Calibration, run: Mapping[str, Any]) -> None:
 
 
 def cautions(near: Calibration, run: Mapping[str, Any], domain: Domain) -> list[str]:
-    """What else differs, in words: the law may still be a good start.
+    """Return other differences in words; the law may still be a good start.
 
     Parameters
     ----------
     near, run : see `refuse_another_actuator`.
-    domain : that the fit is for.
+    domain : domain of the fit.
     """
     found = []
     if not isinstance(near.provenance.get("material"), Mapping):
@@ -60,7 +60,7 @@ def cautions(near: Calibration, run: Mapping[str, Any], domain: Domain) -> list[
 
 
 def _refuse_difference(what: str, its: Any, own: Any) -> None:
-    """Raise an `UnlikeError` that names the first of two files' entries that differ."""
+    """Raise an `UnlikeError` that names the first different entry of two files."""
     if isinstance(its, Mapping) and isinstance(own, Mapping):
         for name in sorted({*its, *own}):
             _refuse_difference(f"{what}.{name}", its.get(name), own.get(name))

@@ -1,4 +1,4 @@
-"""From a dataset to a judged law: the steps that the command line runs."""
+"""Fit pipeline of the command line: from a dataset to a law with its held-out error."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,26 +23,32 @@ from calibration.sweep import attributes, inside
 from fem_reference import ActuatorGeometry
 from rodmodel import Domain, OrientedNetwork, RidgeNetwork, unfolded
 
-# Starts from other random weights that are tried, and iterations of each trial.
-STARTS, TRIAL_ITERATIONS = 3, 15
-# States whose softest direction has less than this part of the median stiffness are about to snap: no smooth
-# law can follow them, and none is asked to.
+# Number of random starts.
+STARTS = 3
+# Iterations of each start before the best is chosen.
+TRIAL_ITERATIONS = 15
+# States whose least stiffness is below this fraction of the median are left out: they are close to a snap,
+# which no smooth law can follow.
 SOFTEST = 0.1
-# How far around a state its Hessian is to tell the slopes: pressure [Pa], and share of the largest moment.
-NEAR_PRESSURE, NEAR_MOMENT = 4e3, 0.25
-# Of squares of parameters, against residuals of about one: see `fit`.
+# Pressure step in which a state's Hessian predicts the gradient [Pa].
+NEAR_PRESSURE = 4e3
+# The same for moments, relative to the largest moment.
+NEAR_MOMENT = 0.25
+# Weight of the squared parameters in the loss, see `fit`.
 PRIOR = 3e-3
-# The same, about the law of another winding; and of several, whose mean errs less than each of them.
-PRIOR_NEAR, PRIOR_NEAR_SEVERAL = 0.03, 3e-3
-# Significant ones of a law's numbers: 1e-9 is far below the law's own error, and files are half as long.
+# The same for the distance from the law of another winding.
+PRIOR_NEAR = 0.03
+# The same for fits near several laws, whose mean errs less than each of them.
+PRIOR_NEAR_SEVERAL = 3e-3
+# Significant digits of a law's numbers: far below the law's error, and files are half as long.
 DIGITS = 9
-#: Layouts whose section is the same from all chambers; the others have a mirror or not.
+#: Layouts whose section is symmetric in all three chambers.
 _ALIKE = ("ring", "six-helix", "none")
 
 
 @dataclass(frozen=True)
 class Judged:
-    """A fitted law with its held-out figures, or why there is none."""
+    """Fitted law with its held-out errors, or a complaint if it is unusable."""
 
     law: RidgeNetwork | OrientedNetwork
     domain: Domain
@@ -66,9 +72,9 @@ class Material:
 def prepare(
     dataset: xr.Dataset, domain: Domain, length: float, others: Sequence[xr.Dataset] = ()
 ) -> Material:
-    """Split a dataset by role; training keeps states beyond a narrowed domain, which support its edge.
+    """Split a dataset by role, and add the training states of other datasets.
 
-    Other datasets add their training states.
+    Training keeps states beyond the domain, which support the fit at its edge.
     """
     samples = loading_samples(dataset)
     train = joined([samples, *map(loading_samples, others)]) if others else samples
@@ -81,24 +87,24 @@ def prepare(
 
 
 def metric_in(domain: Domain, samples: Samples, length: float) -> Metric:
-    """Scales of the residuals of some states of a domain."""
+    """Return the metric of the residuals for states of a domain."""
     return metric(samples, length, NEAR_PRESSURE, NEAR_MOMENT * float(domain.moment_max))
 
 
 def symmetry_of(run: dict[str, Any]) -> str:
-    """Symmetry of the section, from the attributes of a run."""
+    """Return the symmetry of the section from the attributes of a run."""
     if not run["mirror"]:
         return "none"
     return "full" if run["layout"] in _ALIKE else "mirror"
 
 
 def begin_near(law: AnyLaw, run: dict[str, Any]) -> AnyLaw:
-    """The law of another winding in the form that the states of a run are fitted with.
+    """Return the law of another winding with the symmetry of a run's section, as an initial law.
 
     Raises
     ------
     ValueError
-        Where it is less symmetric than the run's section, or one of all orientations for a run of one.
+        If it is less symmetric than the run's section, or of all orientations for a run of a single one.
     """
     if isinstance(law, OrientedNetwork):
         if "orientations" not in run:
@@ -107,7 +113,7 @@ def begin_near(law: AnyLaw, run: dict[str, Any]) -> AnyLaw:
     if not isinstance(law, RidgeNetwork):
         raise ValueError(f"a {type(law).__name__}, expected a network of ridges")
     if "orientations" in run:
-        # The same at each orientation.
+        # Equal at all orientations.
         return OrientedNetwork(unfolded(law, "full"), jnp.zeros((len(law.feature_biases), 2)))
     return unfolded(law, symmetry_of(run))
 
@@ -123,22 +129,22 @@ def fit_and_judge(
     near: Sequence[AnyLaw] = (),
     others: Sequence[xr.Dataset] = (),
 ) -> Judged:
-    """Fit a network of ridges to the training states and measure it on the held-out ones.
+    """Fit a network of ridges to the training states and compute its error at the held-out states.
 
     Parameters
     ----------
-    dataset : of a run.
-    domain : inside which the error is measured, if the law is stable all over it: it is narrowed to that.
-    length : of the body whose bending angle counts [m].
+    dataset : dataset of a run.
+    domain : domain of the error; it is narrowed until the law is stable inside.
+    length : body length for the bending angle [m].
     ridges, features : size of the law.
-    iterations : of the final training.
-    seed : of the first start.
-    near : laws of other windings to begin with, from `begin_near`, and to stay near. Of several, a law is
-        fitted near each, and one of the first's size learns their mean: see `mean_states`.
+    iterations : iterations of the final training.
+    seed : seed of the first start.
+    near : initial laws of other windings, from `begin_near`, that the fit stays near. With several, a law is
+        fitted near each, and one of the first's size is trained on their mean, see `mean_states`.
     others : datasets of the same section whose training states are fitted too.
     """
     material = prepare(dataset, domain, length, others)
-    # Which start is best, the states of one dataset tell.
+    # The states of one dataset are enough to choose the best start.
     own = prepare(dataset, domain, length) if others and not near else material
     run = attributes(dataset)
     train, scales = material.train, material.metric
@@ -197,7 +203,7 @@ def fit_and_judge(
 
 
 def rounded(law: Any) -> Any:
-    """The law with its numbers rounded, as its file will hold them."""
+    """Return the law with its numbers rounded as in its file."""
 
     def shorter(leaf: Any) -> Any:
         if not eqx.is_inexact_array(leaf):

@@ -1,7 +1,7 @@
 """Gradient and Hessian of a section potential in (u, p), which a fit compares with those of the states.
 
-Of a network of ridges they are written out in products of matrices over its images. Differentiating its
-contraction instead, which is made for a kernel of scalars, takes ten times as long to compile and to run.
+For a network of ridges they are explicit matrix products over its images. Automatic differentiation of the
+law, which is written for a kernel of scalars, takes ten times as long to compile and to run.
 """
 
 import jax
@@ -15,11 +15,11 @@ UPPER = np.triu_indices(6)  # second derivatives are listed in this order
 
 
 def gradient_and_hessian(law: SectionLaw, state: Float[Array, "6"]) -> Float[Array, "27"]:
-    """First derivatives of Π in (u, p), then the upper triangle of the second by rows (SI).
+    """Return the first derivatives of Π by (u, p), then the upper triangle of the second by rows [SI].
 
     Parameters
     ----------
-    law : of the section.
+    law : law of the section.
     state : curvature [1/m] and pressures [Pa].
     """
     if isinstance(law, RidgeNetwork):
@@ -34,7 +34,7 @@ def gradient_and_hessian(law: SectionLaw, state: Float[Array, "6"]) -> Float[Arr
 
 
 def _of_ridges(law: RidgeNetwork, state: Float[Array, "6"]) -> tuple[Float[Array, "6"], Float[Array, "6 6"]]:
-    """By the chain rule, in the letters of `RidgeNetwork`; i counts images, j ridges, f hidden functions.
+    """Apply the chain rule in the notation of `RidgeNetwork`; i counts images, j ridges, f hidden functions.
 
     With z the arguments of the ridges, whose slopes in (x, q) are A, and t = tanh(W q + w):
 
@@ -80,7 +80,7 @@ def _of_ridges(law: RidgeNetwork, state: Float[Array, "6"]) -> tuple[Float[Array
 
 
 def _images(law: RidgeNetwork) -> Float[Array, "images 6 6"]:
-    """What takes (u, p) to the scaled (x, q) of each image."""
+    """Return the matrices from (u, p) to the scaled (x, q) of each image."""
     into = np.zeros((len(law.images), 6, 6))
     for number, (turn, order) in enumerate(law.images):
         into[number, :3, :3] = turn

@@ -1,4 +1,4 @@
-"""States of a dataset as plain arrays, and the scales in which a fit weighs their residuals."""
+"""States of a dataset as plain arrays, and the metric of their residuals in a fit."""
 
 from dataclasses import dataclass, fields
 
@@ -8,15 +8,17 @@ from jaxtyping import Bool, Float
 
 Floats = Float[np.ndarray, "..."]
 
-VOLUME_TOLERANCE = 0.01  # of the volume's range, weighs as much as one degree of bending angle
-SOFT_LIMIT = 0.25  # of the median stiffness; a state near its snap would else outweigh all others
+# Volume error that weighs as much as one degree of bending angle, relative to the volume's range.
+VOLUME_TOLERANCE = 0.01
+# Lower bound of stiffness in the metric, relative to the median: states close to a snap would dominate.
+SOFT_LIMIT = 0.25
 
 
 @dataclass(frozen=True)
 class Samples:
-    """States, one a row: pressure [Pa], curvature [1/m], gradient (m, −V) [N m, m²] and Hessian of Π (SI).
+    """States, one per row: pressure [Pa], curvature [1/m], gradient (m, −V) [N m, m²] and Hessian of Π [SI].
 
-    ψ [rad] is not a number where the winding has none.
+    ψ [rad] is NaN if the winding has no orientation.
     """
 
     pressure: Float[np.ndarray, "n 3"]
@@ -42,14 +44,14 @@ class Samples:
         return len(self.energy)
 
     def where(self, keep: Bool[np.ndarray, " n"]) -> "Samples":
-        """The states for which `keep` holds."""
+        """Return the states for which `keep` is true."""
         return Samples(**{field.name: getattr(self, field.name)[keep] for field in fields(self)})
 
 
 def loading_samples(dataset: xr.Dataset) -> Samples:
-    """States of a dataset on the loading branch: of each path, those before it loses its stability or jumps.
+    """Return the states on the loading branch: those of each path before it becomes unstable or jumps.
 
-    No section is found at an unstable state; and behind a jump the same loads have another answer.
+    A real section is never at an unstable state, and after a jump the same loads have another solution.
     """
     everything = Samples(
         pressure=dataset["pressure"].values,
@@ -65,7 +67,7 @@ def loading_samples(dataset: xr.Dataset) -> Samples:
 
 
 def on_loading_branch(dataset: xr.Dataset, path: np.ndarray) -> Bool[np.ndarray, " states"]:
-    """Which states come before the first of their path that has jumped or is known to be unstable."""
+    """Return which states come before the first unstable or jumped state of their path."""
     left = (dataset["stable"].values == 0) | (dataset["jumped"].values != 0)
     gone = np.zeros(len(left), dtype=bool)
     for name in np.unique(path):
@@ -75,16 +77,16 @@ def on_loading_branch(dataset: xr.Dataset, path: np.ndarray) -> Bool[np.ndarray,
 
 @dataclass(frozen=True)
 class Metric:
-    """How far a law is from the states, in degrees of bending angle and hundredths of the volume's range.
+    """Metric of a law's errors, in degrees of bending angle and hundredths of the volume's range.
 
-    A moment error δm counts as the angle error L |K⁻¹ δm| that it causes in free bending, K the state's own
-    stiffness. A Hessian error δH counts as the gradient error δH δy that it causes at a neighbouring state,
-    a small step δy away.
+    A moment error δm is converted to the angle error L |K⁻¹ δm| that it causes in free bending, with K the
+    stiffness of the state. A Hessian error δH is converted to the gradient error δH δy at a neighbouring
+    state, a small step δy away.
 
     Attributes
     ----------
-    gradient : matrix of each state that turns a gradient error into these units.
-    step : that step in each of (u, p) [1/m, Pa].
+    gradient : matrix of each state that converts a gradient error to these units.
+    step : step δy in each component of (u, p) [1/m, Pa].
     """
 
     gradient: Float[np.ndarray, "n 6 6"]
@@ -92,13 +94,13 @@ class Metric:
 
 
 def metric(samples: Samples, length: float, pressure_step: float, moment_step: float) -> Metric:
-    """Scales of the residuals of some states.
+    """Return the metric of the residuals at some states.
 
     Parameters
     ----------
-    samples : the states.
-    length : of the body whose bending angle counts [m].
-    pressure_step, moment_step : how far around a state its Hessian is to tell the slopes [Pa], [N m].
+    samples : states.
+    length : body length for the bending angle [m].
+    pressure_step, moment_step : steps in which a state's Hessian predicts the gradient [Pa], [N m].
     """
     stiffness = samples.hessian[:, :3, :3]
     gradient = np.zeros((len(samples), 6, 6))
@@ -109,13 +111,13 @@ def metric(samples: Samples, length: float, pressure_step: float, moment_step: f
 
 
 def softness(samples: Samples) -> Float[np.ndarray, " n"]:
-    """Stiffness of each state in its softest direction, over the median of all stiffnesses."""
+    """Return the least stiffness of each state, relative to the median of all stiffnesses."""
     value = np.linalg.eigvalsh(samples.hessian[:, :3, :3])
     return value[:, 0] / float(np.median(value))
 
 
 def compliances(stiffness: Float[np.ndarray, "n 3 3"]) -> Float[np.ndarray, "n 3 3"]:
-    """Inverse stiffness of each state [1/(N m²)], none softer than a quarter of the median section."""
+    """Return each state's compliance [1/(N m²)], with stiffnesses of at least `SOFT_LIMIT` of the median."""
     value, frame = np.linalg.eigh(stiffness)
     value = np.maximum(value, SOFT_LIMIT * np.median(value))
     return np.einsum("nij,nj,nkj->nik", frame, 1.0 / value, frame)

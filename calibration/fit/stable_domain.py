@@ -1,4 +1,4 @@
-"""Where a fitted law bends freely and is stable, and the domain narrowed to that."""
+"""Stable domain of a fitted law."""
 
 import math
 from dataclasses import replace
@@ -13,19 +13,17 @@ from calibration.fit.any_law import AnyLaw, law_at
 from rodmodel import Domain
 
 PRESSURES = 20_000
-# A free state is taken for unstable where its softest direction has less than this part of the median
-# stiffness: a law that is right nowhere near there is wrong there.
+# A free state counts as unstable if its least stiffness is below this fraction of the median: a law is not
+# accurate so close to a loss of stability.
 SOFTEST = 0.03
-_STEP = 500.0  # to whole multiples of which a narrowed domain is rounded down [Pa]
+_STEP = 500.0  # a narrowed domain is rounded down to a multiple of this [Pa]
 
 
 def unstable_pressures(law: AnyLaw, domain: Domain, seed: int = 0) -> Float[np.ndarray, "n 3"]:
-    """Random pressures inside a domain at which the law has no stable free state [Pa].
+    """Return random pressures inside a domain at which the law has no stable free state [Pa].
 
-    A law of all orientations is tried at random ones.
-
-    Where a law bends wrongly between the states that it was fitted to, it usually has no free state at all,
-    or only one that is not stable.
+    A law that is wrong between the states of its fit usually has no free state there, or an unstable one. A
+    law of all orientations is tested at random ones.
     """
     rng = np.random.default_rng(seed)
     pressure = np.zeros((0, 3))
@@ -40,7 +38,7 @@ def unstable_pressures(law: AnyLaw, domain: Domain, seed: int = 0) -> Float[np.n
 
 
 def narrowed(law: AnyLaw, domain: Domain) -> Domain:
-    """The domain with its largest pressures lowered in proportion, until the law is stable all over it."""
+    """Lower the largest pressures of a domain in proportion until the law is stable inside it."""
     bad = unstable_pressures(law, domain)
     while len(bad):
         share = float((bad / np.asarray(domain.pressure_max)).max(axis=1).min())

@@ -1,4 +1,4 @@
-"""A fitted law with all that a calibration file says about it."""
+"""Calibration of a fitted law: actuator, layout, domain, error and provenance."""
 
 import math
 from collections.abc import Mapping
@@ -6,13 +6,13 @@ from typing import Any
 
 from rodmodel import Actuator, Calibration, Domain, Layout, OrientedNetwork, RidgeNetwork
 
-# Platinum-cured silicone of this stiffness; the paper gives no density. The rod in the cavity counts the
-# same.
-DENSITY = 1070.0  # [kg/m³], as in the runs of the full actuator
+# Density of platinum-cured silicone of this stiffness [kg/m³], as in the runs of the full actuator; the paper
+# gives none. The rod in the cavity has the same.
+DENSITY = 1070.0
 
 
 def actuator_of(geometry: Mapping[str, float], body_area: float) -> Actuator:
-    """Lengths and masses of an actuator.
+    """Return lengths and masses of an actuator.
 
     Parameters
     ----------
@@ -37,15 +37,15 @@ def calibration_of(
     run: Mapping[str, Any],
     provenance: Mapping[str, Any],
 ) -> Calibration:
-    """Put a calibration together.
+    """Build a calibration.
 
     Parameters
     ----------
-    law : fitted.
-    domain : of the loads inside which the error was measured.
-    error : held-out figures of `calibration.fit.held_out_error.figures`.
+    law : fitted law.
+    domain : domain of the held-out error.
+    error : held-out errors from `calibration.fit.held_out_error.figures`.
     run : attributes of the dataset.
-    provenance : of the fit; those of the run are added.
+    provenance : provenance of the fit; that of the run is added.
     """
     return Calibration(
         layout=_layout(run["layout"], run["winding"], oriented=isinstance(law, OrientedNetwork)),
@@ -67,10 +67,10 @@ def calibration_of(
 
 
 def _layout(name: str, winding: Mapping[str, float], oriented: bool) -> Layout:
-    """Layout for the file, which knows orientation and pitch.
+    """Return the layout for the file, with orientation and pitch.
 
-    Rings and no winding have no orientation. Rings go by the pitch of the double helix that crosses a line
-    along the rod as often: twice their spacing. No winding goes by the default pitch, and any would do.
+    Rings have no orientation; their pitch is twice their spacing, that of a double helix which crosses a line
+    along the rod as often. Without a winding the pitch has no meaning and gets the default.
     """
     if name == "ring":
         return Layout(name, 0.0, 2.0 * winding["spacing"])

@@ -1,7 +1,7 @@
 """Design of experiments: loading paths for continuation, whose states a calibration samples.
 
-Every path starts at the unloaded section, in steps small enough for the cell solver. Pressures only rise along
-it: beyond buckling of the partition walls the cell has several branches, and the law is for loading. Paths
+Every path starts at the unloaded section, in steps small enough for the cell solver. Pressures only rise
+along it: beyond buckling of the partition walls the cell has several branches, and the law is for loading. Paths
 and their roles (``train`` or ``held-out``) are drawn from a seed before anything is computed; held-out paths
 have their own random stream, so that more training paths do not change them. Kinds are interleaved: any
 leading part of a design is a balanced, smaller design.
@@ -147,7 +147,7 @@ def _train_waypoints(
 
 
 def _held_out_waypoints(domain: Domain, rng: np.random.Generator) -> Iterator[Waypoints]:
-    """Yield held-out paths without end: uniform pressures in the domain, alternately without and with moment."""
+    """Yield held-out paths without end: uniform pressures, alternately without and with moment."""
     for with_moment in cycle((False, True)):
         pressure = _uniform_pressure(domain, rng)
         if with_moment:
@@ -198,7 +198,7 @@ def _ball(rng: np.random.Generator, domain: Domain) -> Vector:
 def _walk(
     waypoints: Sequence[tuple[Vector, Vector]], pressure_step: float, moment_step: Vector
 ) -> tuple[Load, ...]:
-    """Return loads from the unloaded section straight through the waypoints, in even steps below the limits."""
+    """Return loads in even steps from the unloaded section straight through the waypoints."""
     none = (0.0, 0.0, 0.0)
     loads, start = [], Load(none, none)
     for pressure, moment in waypoints:

@@ -44,7 +44,8 @@ def run_sweep(
     Raises
     ------
     SweepError
-        If the scheduler does not answer, or worker processes died repeatedly on one path. Run again to resume.
+        If the scheduler does not answer, or worker processes died repeatedly on one path; run again to
+        resume.
     PathFileError
         If a path's file is damaged.
     """

@@ -55,7 +55,7 @@ _mine = threading.local()
 
 
 def records_of(make_trace: Callable[[], Trace], path: LoadingPath) -> Iterator[dict[str, Any]]:
-    """Yield a path's records (`trace_path`) in a worker, which reuses its cell for all paths of one winding."""
+    """Yield a path's records (`trace_path`) in a worker, with one cell for all paths of a winding."""
     maker = make_trace if path.psi is None else cast(CellTracer, make_trace).oriented(path.psi)
     if getattr(_mine, "made_by", None) != maker:
         _mine.trace, _mine.made_by = maker(), maker

@@ -26,8 +26,11 @@ LOADS = [
 # second has no path at just this orientation.
 @pytest.fixture(
     scope="module",
-    params=[(0.0, 3e-3, False), (0.35, 3e-3, True), (0.0, 2e-3, False)],
-    ids=["psi 0", "psi 20 of all", "pitch 2"],
+    params=[
+        pytest.param((0.0, 3e-3, False), id="psi 0"),
+        pytest.param((0.35, 3e-3, True), id="psi 20 of all"),
+        pytest.param((0.0, 2e-3, False), id="pitch 2", marks=pytest.mark.slow),
+    ],
 )
 def winding(request: pytest.FixtureRequest) -> tuple[float, float, bool]:
     return request.param

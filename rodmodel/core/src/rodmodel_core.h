@@ -63,13 +63,13 @@ enum rm_ask {
     RM_VOLUMES = 1         /* chamber volumes: two to four more evaluations of the section */
 };
 
-/* Section law: a potential of curvature u and pressures p, the mean over the images of the section's symmetry. With
+/* Section law: a potential of curvature u and pressures p, a mean over the images of the section's symmetry. With
  * x = u/u_s, q = p/p_s and, for an image, h = (q[order], tanh(W q[order] + w)),
  *
  *     Pi = E [constant + slope.x + x.A x/2 + q.B x + q.C q/2 + sum_j c_j phi(d_j.x + b_j + e_j.h) + v.(h - h0)] - V0 sum p
  *     phi'(z) = (1 + z^2)^-2
  *
- * Ridges of all images are stored one after another; `ridges` is a multiple of 8, padded with ridges of zero weight. */
+ * Ridges of all images are stored one after another; `ridges` is padded to a multiple of 8 with zero weights. */
 typedef struct {
     int images;                     /* 1 to 6 */
     int ridges;                     /* number of ridges of one image */
@@ -174,7 +174,7 @@ typedef struct {
     rm_real free_curvature[3];      /* free curvature of the section at these pressures [1/m] */
     rm_real load_fraction;          /* fraction of the loads at which this is the equilibrium; 1 after success */
     rm_real moment_share;           /* largest moment on a section over that of the domain */
-    rm_real angle_error;            /* error bound of the bending angle in 90 % of states [rad]; NaN outside the domain */
+    rm_real angle_error;            /* error bound of the angle in 90 % of states [rad]; NaN outside the domain */
     int result;                     /* enum rm_result */
     int stable;                     /* whether the second variation of the energy is positive */
     int in_domain;                  /* whether pressures and moments are in the calibrated domain */

@@ -37,8 +37,8 @@
 
 #define RM_PI R(3.141592653589793238462643)
 
-/* Sums over ridges have one partial sum per lane, as successive additions to a single sum wait for each other. Compilers
- * with GNU extensions have vector types; with others, and on processors without vectors, there is one lane. */
+/* Sums over ridges have one partial sum per lane, as successive additions to a single sum wait for each other.
+ * Compilers with GNU extensions have vector types; with others, and on processors without vectors, there is one lane. */
 #if defined(__GNUC__) && defined(__AVX512F__)
 #define RM_LANES 8
 #elif defined(__GNUC__) && defined(__AVX__)
@@ -61,7 +61,7 @@ typedef rm_real lanes;
 #define STORE(p, v) (*(p) = (v))
 #endif
 
-/* 1/x for x >= 1. AVX-512 divides slowly but has an estimate of 14 bits, whose bits two Newton steps quadruple; the last
+/* 1/x for x >= 1. AVX-512 divides slowly but has an estimate of 14 bits, which two Newton steps quadruple; the last
  * digit may differ from that of a division. */
 #if RM_LANES == 8 && !defined(RM_REAL_FLOAT)
 #include <immintrin.h>

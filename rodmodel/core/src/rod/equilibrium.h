@@ -1,26 +1,26 @@
 /* Equations of the rod: its loads, its ends, and the differential equations along it, with their linearisation.
  *
- * With m = dPi/du and K = d2Pi/du2 in the body frame, f = R^T n the force on a section and c the compliance in shear,
+ * With m = dPi/du and K = d2Pi/du2 in the body frame, f = R^T n the force on a section and c the shear compliance,
  *
  *     R' = R u^,   r' = R (e3 + c (f1, f2, 0)),   K u' = -u x m - (1 - c f3) e3 x f
  *
- * with n(s) = F + (1 - s/L) W all that hangs on the section. At the end of the body
+ * with n(s) = F + (1 - s/L) W the sum of the forces beyond the section. At the end of the body
  *
  *     m = R^T M + M_f + e3 x R^T lever + o x R^T C
  *
- * with M the dead and M_f the follower moment, C the force on a cap that lies aside by o. A follower force R(L) F_f is
- * a dead force that is not known beforehand: it joins the unknowns. Antman (2005), Nonlinear Problems of Elasticity,
+ * with M the dead and M_f the follower moment, C the force on a cap with the offset o. A follower force R(L) F_f is a
+ * dead force that is not known beforehand: it joins the unknowns. Antman (2005), Nonlinear Problems of Elasticity,
  * ch. 8; Reissner (1972), Z. angew. Math. Phys. 23, 795, for the shear.
  *
- * The base turns with the pressures and the cap goes aside: the first section tilts by an angle proportional to the
- * pressures' moment less what the held section behind it does not bend, and the more the softer the section is; the
- * cap comes out beside the arc by a e3 x u / (k0^2 + |u|^2)^(1/2), u the part of the free curvature that bends. */
+ * The ends depend on the pressures. The first section tilts by an angle proportional to the pressures' moment, less a
+ * length times the free curvature that the held section does not bend; a softer section tilts more. The cap is offset
+ * from the arc by a e3 x u / (k0^2 + |u|^2)^(1/2), with u the bending part of the free curvature. */
 #ifndef RM_EQUILIBRIUM_H
 #define RM_EQUILIBRIUM_H
 
 #include "section.h"
 
-/* Neighbouring solutions carried along: unknowns first, then by pressures, tip force and gravity. */
+/* Largest number of neighbouring solutions: derivatives by the unknowns, then by pressures, tip force and gravity. */
 #define RM_MOST_COLUMNS 16
 
 typedef struct {
@@ -36,18 +36,18 @@ typedef struct {
 typedef struct {
     const contracted *section;
     resultants loads;    /* frame of the base */
-    rm_real length;      /* of the body up to its stiff end [m] */
-    rm_real tip_length;  /* from there to the cap's outer face [m] */
-    rm_real shear;       /* [1/N] */
-    vec offset;          /* of the cap, frame of the body's end [m] */
+    rm_real length;      /* length of the body up to its stiff tip [m] */
+    rm_real tip_length;  /* length from there to the cap's outer face [m] */
+    rm_real shear;       /* shear compliance [1/N] */
+    vec offset;          /* offset of the cap, frame of the body's end [m] */
     quat mount;          /* frame of the first section */
     int unknowns;        /* 3, or 6 with a follower force */
-    /* By the pressures, for a Jacobian. */
+    /* Derivatives by the pressures, for a Jacobian. */
     vec mount_slopes[3]; /* turns of the mount, in its frame [rad/Pa] */
-    vec offset_slopes[3];
+    vec offset_slopes[3]; /* [m/Pa] */
 } equilibrium;
 
-/* What a unit of gravity adds to the resultants. */
+/* Derivatives of the resultants by gravity. */
 typedef struct {
     rm_real end_force, body_force, cap_force, lever;
 } weights;
@@ -61,7 +61,7 @@ RM_INLINE weights weights_of(const rm_actuator *a)
     return w;
 }
 
-/* Sum the loads of an input up, in the frame of the base. */
+/* Sum up the loads of an input, in the frame of the base. */
 static resultants resultants_of(const rm_actuator *a, const rm_input *input)
 {
     resultants loads;
@@ -108,8 +108,8 @@ RM_INLINE vec bending_axis(int chamber)
     return axis;
 }
 
-/* Set the ends that the pressures preset, and their slopes where the law has its own; `free` is the section at the
- * free curvature, c phi'' and c phi''' of its ridges kept. */
+/* Set the ends at the pressures, and their derivatives if the law was contracted with slopes; `free` is the section at
+ * the free curvature, with c phi'' and c phi''' of its ridges kept. */
 static void set_ends(equilibrium *e, const rm_actuator *a, const rm_real *pressure, vec curvature,
                      const section_state *free)
 {
@@ -164,7 +164,8 @@ typedef struct {
     rm_real shift[3][RM_MOST_COLUMNS];
 } variations;
 
-/* Forces on a section that the columns stand for: `end` + (1 - s/L) `body`, base frame. */
+/* Derivatives of the force on a section, `end` + (1 - s/L) `body`, and of the loads on the cap, by the columns' inputs;
+ * base frame. */
 typedef struct {
     rm_real end[3][RM_MOST_COLUMNS];
     rm_real body[3][RM_MOST_COLUMNS];
@@ -180,12 +181,12 @@ RM_INLINE void matrix_rows(rm_real rows[3][3], mat m)
     rows[2][0] = m.a.z, rows[2][1] = m.b.z, rows[2][2] = m.c.z;
 }
 
-/* Rates by s/L at a section: of u L, and of `columns` neighbouring solutions,
+/* Rates by s/L at a section, of u L and of `columns` neighbouring solutions,
  *
  *     phi' = du - u x phi,   K du' = -du x m - u x K du - e3 x (f x phi + R^T dn) - dK u' - u x dm - (dK/dp) u'
  *
- * with their forces and changes of the law and of r/L where they are `driven`. With neighbouring solutions that are not
- * driven, the law's expansion is stored; without any, the section is taken from there, if it is given. */
+ * if `driven` with their forces, changes of the law and changes of r/L. With neighbouring solutions that are not
+ * driven, the law's expansion is written to `stored`; without any, the section is read from it, if it is not NULL. */
 RM_INLINE vec rates_at(const equilibrium *e, rm_real fraction, quat q, vec turn, vec pull, int columns, int driven,
                        const column_forces *forces, const variations *at, variations *rate, expansion *stored,
                        section_state *section, vec *drift)
@@ -219,8 +220,8 @@ RM_INLINE vec rates_at(const equilibrium *e, rm_real fraction, quat q, vec turn,
         stored->section = s;
         memcpy(stored->third, third, sizeof third);
     }
-    /* K du' = (m^ - u^ K - dK u') du + E (f x phi + R^T dn), E = -(1 - c f3) e3^ + c (e3 x f) e3^T: written out, as
-     * compilers keep products with zeros. */
+    /* K du' = (m^ - u^ K - dK u') du + E (f x phi + R^T dn), E = -(1 - c f3) e3^ + c (e3 x f) e3^T; written out, as
+     * compilers do not drop products with zeros. */
     const sym h = sym_scale(length * length, flexibility), k = s.stiffness;
     const vec m = s.moment;
     const rm_real t[3][3] = {{u.z * k.xy - u.y * k.xz - g.xx, u.z * k.yy - u.y * k.yz - g.xy - m.z,
@@ -274,7 +275,7 @@ RM_INLINE vec rates_at(const equilibrium *e, rm_real fraction, quat q, vec turn,
             PUT(rate->kappa[i] + c, GET(rate->kappa[i] + c) + d[i][0] * n0 + d[i][1] * n1 + d[i][2] * n2);
         }
         if (driven) {
-            /* Of r' = R (e3 + c (f1, f2, 0)). */
+            /* Linearised r' = R (e3 + c (f1, f2, 0)). */
             const block p0 = GET(at->phi[0] + c), p1 = GET(at->phi[1] + c), p2 = GET(at->phi[2] + c);
             const block f0 = f.y * p2 - f.z * p1 + r[0][0] * n0 + r[1][0] * n1 + r[2][0] * n2;
             const block f1 = f.z * p0 - f.x * p2 + r[0][1] * n0 + r[1][1] * n1 + r[2][1] * n2;

@@ -1,47 +1,48 @@
-/* Pressures for a wanted bend or tip position: nearest to it, and with no more co-contraction than it takes.
+/* Inverse: pressures for a target bend or tip position, with the least co-contraction that reaches it.
  *
- * What is wanted is a point: the tip's position, or the bend (theta cos gamma, theta sin gamma), which is smooth where
- * the rod is straight. The pressures that come nearest are sought by least squares over the domain, in this order:
+ * The target is a point: the tip's position, or the bend (theta cos gamma, theta sin gamma), which is smooth where the
+ * rod is straight. Least squares over the domain finds the nearest pressures, in this order:
  *
- * 1. On the faces where one chamber has no pressure, so without co-contraction. Two chambers beside each other reach a
- *    sector of bending planes; the likeliest is first.
- * 2. Where no face reaches the target, in the whole domain, from the nearest point of the faces; at once from one
- *    that comes close.
- * 3. Where that ends short of it, once more from there with co-contraction: the poses that three pressures reach are
- *    little more than a surface, and it is folded.
- * 4. Where the target is out of reach still, from every local minimum on a grid over the domain.
+ * 1. On the faces where one chamber has no pressure, without co-contraction. Two neighbouring chambers reach a sector
+ *    of bending planes; the likeliest face comes first.
+ * 2. If no face reaches the target, in the whole domain, from the nearest point of the faces. A face that comes close
+ *    is followed into the domain at once.
+ * 3. If that misses the target, again from there with more co-contraction: the poses of three pressures are close to a
+ *    folded surface.
+ * 4. If the target is still out of reach, from every local minimum of a grid over the domain.
  *
- * With loads, the search for the free rod, which costs little, says where to start, and each step solves and
- * differentiates from the solution of the step before. */
+ * With loads, the search starts from the result for the rod without loads, which is cheap, and every step starts from
+ * the solution of the step before. */
 #ifndef RM_INVERSE_H
 #define RM_INVERSE_H
 
 #include "jacobian.h"
 #include "polytope.h"
 
-/* A target is reached within this much, of position [m] and of bend [rad]. */
+/* Distances at which a target counts as reached, of position [m] and of bend [rad]. */
 #define RM_POSITION_REACHED R(1e-4)
 #define RM_BEND_REACHED R(1e-3)
-/* Of Newton's method in the search [rad]. */
+/* Tolerance of Newton's method in the search [rad]. */
 #define RM_SEARCH_TOLERANCE R(1e-5)
-/* Part of the tolerance at which a search ends: two or three steps before the rounding; under loads, at about what the
- * integration errs by. */
+/* Distance at which a search ends, over that at which a target is reached: two or three steps before rounding. */
 #define RM_PART R(1e-3)
+/* The same under loads: about the error of the integration. */
 #define RM_LOADED_PART R(1e-2)
-/* How near the free rod has to come to the target of a loaded one, of the rod's length or in radians. */
+/* Distance, in rod lengths or radians, at which the search without loads ends for a rod with loads. */
 #define RM_NEAR R(0.1)
-/* A face that comes as near as that is followed into the domain before the other faces are tried; and its nearest
- * point need be no nearer than that part of the sum of squares. */
+/* Distance at which a face is followed into the domain before the other faces are tried. */
 #define RM_CLOSE R(0.05)
+/* Relative decrease of the sum of squares below which the search on a face ends. */
 #define RM_WORTH R(1e-2)
-/* Where the search on a face starts, and by how much pressures are raised for another one, of the largest. */
+/* Start of the search on a face, over the largest pressures. */
 #define RM_START R(0.3)
+/* Increase of the pressures for the search with more co-contraction, over the largest. */
 #define RM_RAISE R(0.4)
-/* Pressure, of the largest, that does less to the tip than a search's end: a chamber with no more is left empty. */
+/* Pressure over the largest that is set to zero: it moves the tip by less than the search's tolerance. */
 #define RM_EMPTY R(5e-6)
-/* Local minima of the grid that are followed. */
+/* Largest number of local minima of the grid from which to search. */
 #define RM_FOLLOWED 8
-/* Farther than that, in lengths of the rod or in radians, no target is taken for one. */
+/* Largest coordinate of a target, in rod lengths or radians. */
 #define RM_FARTHEST R(1e3)
 
 typedef struct {
@@ -51,13 +52,13 @@ typedef struct {
     rm_real *workspace;
     const rm_target *target;
     rm_real scale;     /* largest pressure [Pa] */
-    rm_real unit;      /* by which distances are divided, to be near one */
-    rm_real tolerance; /* within which a target is reached, in that unit */
-    int loaded;        /* whether the loads are looked at */
+    rm_real unit;      /* unit of distances, which makes them near one */
+    rm_real tolerance; /* distance at which the target is reached, in that unit */
+    int loaded;        /* whether the loads are applied */
     int evaluations;
 } search;
 
-/* Derivative of V e3 by the whole turn along d, V = I + B turn^ + C turn^^2. */
+/* Derivative of V e3 by the turn along d, V = I + B turn^ + C turn^^2. */
 static vec screw_change(vec turn, half_angle h, vec d)
 {
     const rm_real x = dot(turn, turn), b = R(2.0) * h.sine * h.sine, c = h.third;
@@ -79,7 +80,7 @@ static vec screw_change(vec turn, half_angle h, vec d)
     return add(along(first, dc * dx, twice), scale(c, second));
 }
 
-/* Tip of a rod without loads, an arc: what `solve` found of it, with the derivatives by the pressures. */
+/* Derivatives by the pressures of the tip of a rod without loads, an arc, after its solve. */
 static void differentiate_arc(solve_state *at, const rm_input *input, vec positions[3], vec turns[3])
 {
     const equilibrium *e = &at->equilibrium;
@@ -95,7 +96,7 @@ static void differentiate_arc(solve_state *at, const rm_input *input, vec positi
     for (int k = 0; k < 3; k++) {
         const vec d = scale(-e->length, sym_apply(flexibility, moments[k]));
         const vec once = cross(turn, d);
-        /* Turn of the end, its frame; and way of the end and of the cap on it. */
+        /* Turn of the end, in its frame; displacements of the end, and of the cap relative to it. */
         const vec phi = along(along(d, R(-2.0) * h.sine * h.sine, once), h.third, cross(turn, once));
         const vec way = out_of_body(e->mount, scale(e->length, screw_change(turn, h, d)));
         const vec cap_way = out_of_body(end, add(cross(phi, cap), e->offset_slopes[k]));
@@ -196,7 +197,7 @@ static void evaluate_pose(void *what, vec point, const place *near, place *there
     there->cost = cost;
 }
 
-/* Faces and the whole domain, in this order. */
+/* Set the three faces, then the whole domain. */
 static void set_boxes(const rm_domain *domain, rm_real largest_pressure, polytope boxes[4])
 {
     for (int without = 0; without < 4; without++) {
@@ -209,14 +210,14 @@ static void set_boxes(const rm_domain *domain, rm_real largest_pressure, polytop
     }
 }
 
-/* A point inside a box, of one that may have too large a sum. */
+/* Scale a point with too large a sum of pressures into the box. */
 RM_INLINE vec within(vec point, const polytope *box)
 {
     const rm_real sum = point.x + point.y + point.z;
     return sum > box->total ? scale(box->total / sum, point) : point;
 }
 
-/* Best fit of the first three stages, and the face that it was found on or from. */
+/* Search in the first three stages; return the best fit, and the face on which or from which it was found. */
 static least_squares_fit seek(search *s, const polytope boxes[4], const vec starts[3], const int order[3],
                               rm_real enough_distance, rm_real part, int *face)
 {
@@ -242,7 +243,7 @@ static least_squares_fit seek(search *s, const polytope boxes[4], const vec star
         const place *near = on_face || raise || !(from.cost < infinite()) ? NULL : &from;
         const least_squares_fit fit =
             least_squares(evaluate_pose, s, start, near, box, enough, on_face ? RM_WORTH : R(0.0));
-        /* What starts from the best may come out of it by a rounding. */
+        /* A search that starts at the best point may end a rounding above it. */
         const int better = fit.best.cost <= best.best.cost * R(1.000001);
         if (better) {
             best = fit;
@@ -256,8 +257,8 @@ static least_squares_fit seek(search *s, const polytope boxes[4], const vec star
     return best;
 }
 
-/* Nearest point over the whole domain, from the local minima of a grid; fits on the faces that come as near to the
- * tolerance are taken in its place. `costs` has room for RM_GRID^3 numbers. Whether all of it converged. */
+/* Search the whole domain from the local minima of a grid; a fit on a face that is as near, to the tolerance, replaces
+ * the best. `costs` holds RM_GRID^3 numbers. Return whether every search converged. */
 static int seek_everywhere(search *s, const polytope boxes[4], rm_real *costs, least_squares_fit *best)
 {
     const polytope *whole = boxes + 3;
@@ -284,7 +285,7 @@ static int seek_everywhere(search *s, const polytope boxes[4], rm_real *costs, l
             }
         }
     }
-    /* The lowest local minima, one after another. */
+    /* Search from the lowest local minima in ascending order. */
     rm_real above = R(-1.0);
     for (int followed = 0; followed < RM_FOLLOWED; followed++) {
         int lowest = -1;
@@ -317,7 +318,7 @@ static int seek_everywhere(search *s, const polytope boxes[4], rm_real *costs, l
             *best = fit;
         }
     }
-    /* No needless pressure. */
+    /* Prefer a face that is as near with a smaller sum of pressures. */
     const rm_real bound = rm_sqrt(best->best.cost) + s->tolerance;
     least_squares_fit chosen = *best;
     rm_real pressure = best->best.point.x + best->best.point.y + best->best.point.z - R(1e-6);
@@ -358,7 +359,7 @@ static int find_pressures(const rm_rod *rod, const rm_target *target, const rm_i
     s.scale = larger(larger(domain->pressure_max[0], domain->pressure_max[1]), domain->pressure_max[2]);
     s.evaluations = 0;
     s.loaded = (input->given & (RM_LOADS | RM_FOLLOWER_FORCE)) != 0;
-    int near = 1; /* false of a NaN */
+    int near = 1; /* false for a NaN */
     for (int k = 0; k < (target->is_bend ? 2 : 3); k++) {
         const rm_real from = !target->is_bend && (input->given & RM_BASE) ? input->base_position[k] : R(0.0);
         near &= rm_abs(target->point[k] - from) <= RM_FARTHEST * s.unit;
@@ -369,7 +370,7 @@ static int find_pressures(const rm_rod *rod, const rm_target *target, const rm_i
     }
     set_boxes(domain, s.scale, boxes);
 
-    /* The chamber farthest from the way that the target lies is the one to do without. */
+    /* The likeliest face is without the chamber that bends the rod farthest from the target's direction. */
     vec way = vec_of(target->point);
     if (!target->is_bend) {
         if (input->given & RM_BASE) {
@@ -410,7 +411,7 @@ static int find_pressures(const rm_rod *rod, const rm_target *target, const rm_i
         put_vec(start, fit.best.point);
         start[face] = R(0.0);
         starts[face] = vec_of(start);
-        /* That face first, the others as they were. */
+        /* Try that face first, the others in the same order. */
         for (int k = 2; k > 0; k--) {
             if (order[k] == face) {
                 order[k] = order[k - 1];

@@ -1,20 +1,20 @@
 /* Derivatives of the pose, by the implicit function theorem on the linearised equations along the rod.
  *
  * With x the unknowns of the shooting, p the inputs, y the pose and e(x, p) = 0 the balance at the end, dy/dp = y_p -
- * y_x e_x^-1 e_p. Columns of the neighbouring solutions: by the unknowns, the pressures, the tip force and gravity; a
- * tip moment enters at the end alone. */
+ * y_x e_x^-1 e_p. The columns of the neighbouring solutions are derivatives by the unknowns, the pressures, the tip
+ * force and gravity; a tip moment enters only at the end. */
 #ifndef RM_JACOBIAN_H
 #define RM_JACOBIAN_H
 
 #include "solve.h"
 
-/* Column that stands for an input: pressures, tip force, tip moment (none: -1), gravity. */
+/* Column of an input: pressures, tip force, tip moment (-1, as it has no column), gravity. */
 RM_INLINE int column_of_input(int input, int unknowns)
 {
     return input < 6 ? unknowns + input : (input < 9 ? -1 : unknowns + input - 3);
 }
 
-/* Finish the derivatives of what was reached; with a shot for them where the last one did not carry them. */
+/* Complete the derivatives of the equilibrium reached, with another shot if the last one did not integrate them. */
 static void differentiate(solve_state *at, const rm_options *options, derivatives *d)
 {
     equilibrium e = at->equilibrium;
@@ -36,7 +36,7 @@ static void differentiate(solve_state *at, const rm_options *options, derivative
                  NULL, &section, &drift);
     }
 
-    /* What the law and the cap's offset change at the end at once. */
+    /* Direct changes of the balance at the end with the pressures, through the law and the cap's offset. */
     vec moments[3], stiffened[3];
     const quat q = reached->end.frame;
     const vec push = add(into_body(q, e.loads.cap_force), into_body(q, pull));
@@ -66,7 +66,7 @@ static void differentiate(solve_state *at, const rm_options *options, derivative
     }
 }
 
-/* Of the columns' values at a section, the derivatives by the inputs. */
+/* Derivatives by the inputs from the columns' values at a section. */
 RM_INLINE void of_inputs(const derivatives *d, rm_real values[3][RM_MOST_COLUMNS], rm_real found[3][RM_INPUTS])
 {
     for (int i = 0; i < 3; i++) {
@@ -81,8 +81,8 @@ RM_INLINE void of_inputs(const derivatives *d, rm_real values[3][RM_MOST_COLUMNS
     }
 }
 
-/* Derivatives of a point that lies by `arm` from a section, frame of that, and of the section's turn; world. `share`
- * of the cap's offset is in the arm. */
+/* Derivatives, in the world frame, of the section's turn and of a point at `arm` from the section, in its frame. The
+ * arm includes `share` of the cap's offset. */
 static void put_pose_change(const solve_state *at, const derivatives *d, variations *v, quat q, vec arm,
                             rm_real share, rm_real *positions, rm_real *turns)
 {
@@ -124,7 +124,7 @@ static void put_bend_change(const derivatives *d, const rm_solution *solution, v
     }
 }
 
-/* Derivatives along the rod, of the kept nodes. */
+/* Derivatives along the rod, from the kept nodes. */
 static void put_stations_change(solve_state *at, const derivatives *d, int count, const rm_real *arc_lengths,
                                 rm_real *positions, rm_real *turns)
 {

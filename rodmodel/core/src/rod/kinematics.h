@@ -4,13 +4,16 @@
 
 #include "shooting.h"
 
-/* Below this sine squared of the tip's slope a rod is straight for the bend's series, and in radians for the angle's
- * derivatives. */
+/* sin^2 of the tip's polar angle below which the bend is computed from its series. */
 #define RM_FLAT R(1e-8)
+/* Bending angle below which its derivatives are undefined [rad]. */
 #define RM_STRAIGHT R(1e-6)
+/* Parts of an arc between tangents in the count of half turns. */
 #define RM_ARC_SAMPLES 16
-/* Roundings of the azimuth of a rod that bends in its plane of symmetry, whose law is solved for by iteration. */
+/* Rounding of the azimuth in machine epsilons, for a rod that bends in its plane of symmetry: its free curvature comes
+ * from an iteration. */
 #define RM_ROUNDINGS R(4096.0)
+/* Largest number of finite differences in Gregory's rule. */
 #define RM_GREGORY 8
 
 /* Half turns of the tangent in the vertical plane of the chord: a running count of crossings of -z. */
@@ -33,7 +36,7 @@ RM_INLINE void count_tangent(half_turn_count *at, vec chord, vec tangent)
     at->up = up;
 }
 
-/* Whole half turns from the first tangent to the last; the chord is scaled to unit length or zero. */
+/* Whole half turns from the first tangent to the last; the chord has unit length or is zero. */
 RM_INLINE rm_real half_turns(const half_turn_count *at, rm_real first_forward, rm_real first_up)
 {
     const rm_real turn = rm_atan2(at->forward, at->up) - rm_atan2(first_forward, first_up);
@@ -48,8 +51,8 @@ RM_INLINE vec level(vec chord)
     return v;
 }
 
-/* Angle theta, plane gamma and bend of the tip's tangent, in the frame of the base. Theta is the polar angle, past 180
- * deg continued; gamma the azimuth of the side to which the rod went, opposite to the tangent. "Modeling of a
+/* Set angle theta, plane gamma and bend of the tip's tangent, in the frame of the base. Theta is the polar angle,
+ * continued past 180 deg; gamma the azimuth of the side to which the rod bends, opposite to the tangent. "Modeling of a
  * two-degree-of-freedom fiber-reinforced soft pneumatic actuator", Robotica (2023), eqs 1-4, with two-argument
  * arctangents. */
 static void put_bend(rm_solution *solution, vec tangent, rm_real turns)
@@ -58,7 +61,7 @@ static void put_bend(rm_solution *solution, vec tangent, rm_real turns)
     const int vertical = sine2 == R(0.0), back = turns - R(2.0) * rm_floor(R(0.5) * turns) == R(1.0);
     const rm_real polar = rm_atan2(sine, tangent.z);
     const rm_real angle = RM_PI * turns + (back ? RM_PI - polar : polar);
-    /* Subtracted, not negated: of y = 0 comes +0, whose azimuth is +0 or pi. */
+    /* Subtracted, not negated: y = 0 then gives +0, and the azimuth +0 or pi. */
     const rm_real x = back ? tangent.x : R(0.0) - tangent.x, y = back ? tangent.y : R(0.0) - tangent.y;
     rm_real plane = vertical ? R(0.0) : rm_atan2(y, x);
     if (plane < R(0.0)) {
@@ -76,7 +79,7 @@ static void bend_by_turn(const rm_solution *solution, vec tangent, vec rows[2])
 {
     const rm_real sine2 = tangent.x * tangent.x + tangent.y * tangent.y, sine = rm_sqrt(sine2);
     const rm_real theta = solution->bending_angle;
-    vec by_x, by_y; /* of the two bends by the tangent's components */
+    vec by_x, by_y; /* derivatives of both components of the bend by the tangent */
     if (sine2 < RM_FLAT && theta < R(1.0)) {
         const rm_real g = -(R(1.0) - sine2 / R(3.0)) / tangent.z;
         by_x.x = g + R(2.0 / 3.0) * tangent.x * tangent.x / tangent.z;
@@ -104,8 +107,8 @@ static void bend_by_turn(const rm_solution *solution, vec tangent, vec rows[2])
     rows[1] = cross(tangent, by_y);
 }
 
-/* Weights of values at `steps` + 1 equally spaced points, in the integral over a length of 1: Gregory's, with as many
- * differences as there are, 8 at most. Davis and Rabinowitz (1984), Methods of Numerical Integration, sec. 2.9. */
+/* Weights of `steps` + 1 equally spaced points in the integral over unit length: Gregory's rule, with up to 8 finite
+ * differences. Davis and Rabinowitz (1984), Methods of Numerical Integration, sec. 2.9. */
 static void integral_weights(int steps, rm_real *w)
 {
     static const double factors[RM_GREGORY] = {1.0 / 12,       1.0 / 24,         19.0 / 720,         3.0 / 160,
@@ -113,7 +116,7 @@ static void integral_weights(int steps, rm_real *w)
     const int most = steps < RM_GREGORY ? steps : RM_GREGORY;
     double binomial[RM_GREGORY + 1] = {1.0}, ends[RM_GREGORY + 1] = {0.5};
     for (int k = 1; k <= most; k++) {
-        /* The k-th difference's coefficients, from the end inwards: (-1)^i (k over i). */
+        /* Coefficients of the k-th difference, from the end inwards: (-1)^i binomial(k, i). */
         for (int i = k; i > 0; i--) {
             binomial[i] = (i < k ? binomial[i] : 0.0) - binomial[i - 1];
         }
@@ -134,7 +137,7 @@ static void integral_weights(int steps, rm_real *w)
     }
 }
 
-/* Hermite's cubic between two nodes, of values and slopes by the step; x from 0 to 1. */
+/* Hermite's cubic between two nodes, from values and slopes by the step; x from 0 to 1. */
 RM_INLINE vec between(vec start, vec end, vec start_slope, vec end_slope, rm_real x)
 {
     const rm_real y = R(1.0) - x, left = (R(1.0) + R(2.0) * x) * y * y, right = x * x * (R(3.0) - R(2.0) * x);
@@ -142,7 +145,7 @@ RM_INLINE vec between(vec start, vec end, vec start_slope, vec end_slope, rm_rea
     return along(along(value, x * y * y, start_slope), -x * x * y, end_slope);
 }
 
-/* Slope of the drift at a node, by the step: of the parabola through it and its neighbours. */
+/* Slope of the drift at a node by the step, from the parabola through it and its neighbours. */
 RM_INLINE vec drift_rise(const rm_node *nodes, int steps, int n)
 {
     if (steps == 1) {
@@ -154,12 +157,12 @@ RM_INLINE vec drift_rise(const rm_node *nodes, int steps, int n)
     return along(rise, (rm_real)(n - m), along(add(before, after), R(-2.0), vec_of(nodes[m].drift)));
 }
 
-/* Pose at a part of the body, of nodes: Magnus' expansion of order 4 over the curvature at two Gauss points. Iserles,
- * Munthe-Kaas, Norsett and Zanna (2000), Acta Numerica 9, 215, sec. 5; brackets have the sign of a frame that is
- * multiplied from the right. */
+/* Pose at the arc length s from the nodes: Magnus' expansion of order 4 with the curvature at two Gauss points. Iserles,
+ * Munthe-Kaas, Norsett and Zanna (2000), Acta Numerica 9, 215, sec. 5; brackets have the opposite sign here, as the
+ * frame is multiplied from the right. */
 static quat pose_between(const rm_node *nodes, int steps, rm_real length, rm_real s, vec *position, vec *turn)
 {
-    /* A rounding below a node is the node. */
+    /* The factor lifts a section a rounding below a node onto the node. */
     const rm_real place = s / length * (rm_real)steps * (R(1.0) + R(4.0) * RM_EPSILON);
     int n = (int)place;
     n = n < 0 ? 0 : (n > steps ? steps : n);
@@ -176,7 +179,7 @@ static quat pose_between(const rm_node *nodes, int steps, rm_real length, rm_rea
     const quat q = {a->quaternion[0], vec_of(a->quaternion + 1)};
     vec shift;
     const quat frame = screw_by(q, whole, way, &shift);
-    /* Drifts over the part: Simpson's rule, exact for the cubic. */
+    /* Integral of the drift by Simpson's rule, exact for the cubic. */
     const vec drifts[2] = {vec_of(a->drift), vec_of(b->drift)};
     const vec rises[2] = {drift_rise(nodes, steps, n), drift_rise(nodes, steps, n < steps ? n + 1 : n)};
     const vec middle = between(drifts[0], drifts[1], rises[0], rises[1], R(0.5) * x);
@@ -187,8 +190,8 @@ static quat pose_between(const rm_node *nodes, int steps, rm_real length, rm_rea
     return frame;
 }
 
-/* Share of its offset to the cap that the axis has, all at the end of the body: what bends a beam least whose end goes
- * aside without a turn. */
+/* Share of the cap's offset that the axis has at s, 1 at the end of the body: the deflection of a beam whose end is
+ * displaced sideways without a turn. */
 RM_INLINE rm_real share_of_offset(rm_real s, rm_real length)
 {
     const rm_real x = smaller(larger(s / length, R(0.0)), R(1.0));

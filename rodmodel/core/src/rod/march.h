@@ -2,10 +2,10 @@
  *
  * With k1 ... k4 the values of u L at the stages of the classical Runge-Kutta method and h the step's part of the
  * length, the frames at the stages are R, R exp(h k1/2), R exp(h k2/2 + h^2 [k1, k2]/8) and R exp(h k3), and that at
- * the end R exp(h (k1 + 2 k2 + 2 k3 + k4)/6 + h^2 [k1, k4]/12) in se(3), brackets of the pair (e3, u L). What shear
- * adds to the position is summed with the same weights. Neighbouring solutions are integrated by the same Runge-Kutta
- * method in the body frame. Munthe-Kaas and Owren (1999), Phil. Trans. R. Soc. A 357, 957, sec. 4; brackets turn their
- * sign, as the frame is multiplied from the right here. */
+ * the end R exp(h (k1 + 2 k2 + 2 k3 + k4)/6 + h^2 [k1, k4]/12) in se(3), with brackets of the pair (e3, u L). The shear
+ * part of the position is summed with the same weights. Neighbouring solutions are integrated by the same Runge-Kutta
+ * method in the body frame. Munthe-Kaas and Owren (1999), Phil. Trans. R. Soc. A 357, 957, sec. 4; brackets have the
+ * opposite sign here, as the frame is multiplied from the right. */
 #ifndef RM_MARCH_H
 #define RM_MARCH_H
 
@@ -16,16 +16,16 @@ typedef struct {
     quat frame;
     vec turn;
     vec position;          /* r [m], base frame */
-    section_state section; /* at the end; c phi'' and c phi''' of its ridges kept where there are columns */
+    section_state section; /* section at the end; c phi'' and c phi''' of its ridges are kept if there are columns */
     rm_real moment_share;  /* largest moment over that of the domain, squared */
-    rm_real roughness;     /* largest difference within a step of u L by order 4 and by order 2 [rad] */
+    rm_real roughness;     /* largest difference of u L between orders 4 and 2 within a step [rad] */
     rm_real sharpest;      /* largest u L at the end of a step [rad] */
-    rm_real longest_way;   /* largest |r| over the length of body before it */
-    int apart;             /* neighbouring solutions do not meet along the rod */
-    int convex;            /* the stiffness of every section is positive (Legendre's condition) */
+    rm_real longest_way;   /* largest |r| over the arc length, squared */
+    int apart;             /* whether no neighbouring solutions meet along the rod (Jacobi's condition) */
+    int convex;            /* whether the stiffness of every section is positive (Legendre's condition) */
 } march_end;
 
-/* Whether no real eigenvalue is negative or zero, given that all are real: if all coefficients of the characteristic
+/* Return whether all eigenvalues are positive, given that they are real: then the coefficients of the characteristic
  * polynomial have the signs that they have for the identity. */
 RM_INLINE int is_positive(mat m)
 {
@@ -93,10 +93,10 @@ RM_INLINE void take(variations *to, const variations *from, int columns, int shi
     }
 }
 
-/* Integrate from base to end. `columns` neighbouring solutions from `at`, which ends at theirs; `driven`: those by
- * pressures and loads are among them, with changes of position; their states and rates at the nodes go to `kept`,
- * where it is not NULL. Expansions of the law at every stage and at the end, 4 steps + 1 of them, are `stored` by an
- * integration with neighbouring solutions that are not driven, and serve one without any. */
+/* Integrate from base to end, with `columns` neighbouring solutions: `at` holds them at the base, and at the end on
+ * return. If `driven`, they include the derivatives by pressures and loads, and changes of position. `kept`, if not
+ * NULL, receives states and rates at the nodes. An integration with neighbouring solutions that are not driven writes
+ * the law's expansions at every stage and at the end, 4 steps + 1, to `stored`; one without any reads them. */
 RM_INLINE void march(const equilibrium *e, const rm_domain *domain, vec turn, vec pull, int steps, int columns,
                      int driven, const column_forces *forces, variations *at, variations *kept,
                      expansion *stored, rm_node *nodes, march_end *end)
@@ -117,7 +117,7 @@ RM_INLINE void march(const equilibrium *e, const rm_domain *domain, vec turn, ve
         section_state s;
         vec drift, drift_sum = no_vec(), turn_sum = no_vec(), rate_sum = no_vec(), k[4], rates[4];
 
-        take(&rate, at, columns, driven); /* read at the second stage, and written before: for the compiler */
+        take(&rate, at, columns, driven); /* overwritten before its first use: avoids a compiler's warning */
         for (int stage = 0; stage < 4; stage++) {
             const rm_real c = stage == 0 ? R(0.0) : (stage < 3 ? R(0.5) * h : h);
             const rm_real w = stage == 1 || stage == 2 ? R(2.0) : R(1.0);
@@ -199,8 +199,7 @@ RM_INLINE void march(const equilibrium *e, const rm_domain *domain, vec turn, ve
     put_vec(nodes[steps].turn, turn);
 }
 
-/* Moment that the end of the body lacks to balance the cap [N m], body frame; and, of a follower force, the force
- * that is missing [N]. */
+/* Residual of the end condition: the moment at the body's end [N m], body frame, then that of a follower force [N]. */
 RM_INLINE void imbalance_at(const equilibrium *e, const march_end *end, vec pull, rm_real *missing)
 {
     const resultants *l = &e->loads;
@@ -215,7 +214,7 @@ RM_INLINE void imbalance_at(const equilibrium *e, const march_end *end, vec pull
     }
 }
 
-/* How the imbalance changes with each neighbouring solution: (unknowns, RM_MOST_COLUMNS) by rows. */
+/* Derivatives of the residual by each neighbouring solution: (unknowns, RM_MOST_COLUMNS) by rows. */
 RM_INLINE void imbalance_changes(const equilibrium *e, const march_end *end, vec pull, int columns,
                                  const column_forces *forces, variations *at, rm_real (*changes)[RM_MOST_COLUMNS])
 {

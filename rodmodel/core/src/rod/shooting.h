@@ -1,17 +1,17 @@
-/* Shooting with fixed steps: Newton's method, and the growth of the loads where it takes that.
+/* Shooting with fixed steps: Newton's method, with load steps where it needs them.
  *
- * The whole load is tried; a load step that fails is halved, one that succeeds lets the next be twice as long, from a
- * start extrapolated along the last one. What keeps the rod on the branch of equilibria that it takes as the load
- * grows from zero: in a load step no u L changes by more than RM_MAX_TURN, and no correction of Newton's method is
- * more than RM_CONTRACTION of the one before (Deuflhard 2011, Newton Methods for Nonlinear Problems, ch. 5). Without
- * them a long load step may end in another one, a coil.
+ * The first load step is the full load. A load step that fails is halved; one that succeeds doubles the next, whose
+ * start is extrapolated along it. Two bounds keep the rod on the branch of equilibria that starts at zero load: u L
+ * changes by at most RM_MAX_TURN in a load step, and a Newton correction is at most RM_CONTRACTION of the one before
+ * (Deuflhard 2011, Newton Methods for Nonlinear Problems, ch. 5). Without them a long load step may end on another
+ * branch, a coil.
  *
- * Stability: the stiffness of every section must be positive (Legendre's condition); where it is not, a wall of the
- * section would snap. Forces and weight have a potential. An equilibrium is a minimum of the energy if no two neighbouring
- * solutions from the base meet again along the rod (Jacobi's condition), and if the free end resists every turn. A
- * rod that may buckle to any side meets both twice at once, where a determinant keeps its sign; so eigenvalues are
- * looked at. Moments and follower forces have no potential; then, the loads must have passed no branching of
- * equilibria: the determinant of the shooting Jacobian stays positive. Gelfand and Fomin (1963), Calculus of
+ * Stability: the stiffness of every section must be positive definite (Legendre's condition); elsewhere a wall of the
+ * section would snap. Forces and weight have a potential. An equilibrium is a minimum of the energy if no two
+ * neighbouring solutions from the base meet again along the rod (Jacobi's condition), and if the free end resists every
+ * turn. A rod that may buckle to any side violates either condition in two directions at once, and a determinant keeps
+ * its sign; so eigenvalues are tested. Moments and follower forces have no potential. Then the loads must have passed
+ * no bifurcation: the determinant of the shooting Jacobian stays positive. Gelfand and Fomin (1963), Calculus of
  * Variations, ch. 5; Kumar and Healey (2010), J. Elast. 98, 89. */
 #ifndef RM_SHOOTING_H
 #define RM_SHOOTING_H
@@ -21,9 +21,9 @@
 #define RM_SMALLEST_LOAD_STEP R(1.0 / 65536.0)
 #define RM_MAX_TURN R(1.0)
 #define RM_CONTRACTION R(0.5)
-/* Difference of orders 2 and 4 within a step, over 1 + the largest u L, above which steps are too few, and how much
- * longer than the rod the way to a section may come out. */
+/* Largest difference of orders 2 and 4 within a step, over 1 + the largest u L: above, steps are too few. */
 #define RM_ROUGHNESS R(0.02)
+/* Largest distance of a section from the base, over its arc length. */
 #define RM_STRETCH R(1.02)
 
 enum outcome { ARRIVED, UNSTABLE, DIVERGED, UNRESOLVED };
@@ -33,14 +33,14 @@ typedef struct {
     rm_real load_fraction;
     int load_steps, shots;
     int stable;
-    int outcome;         /* of the last load step that was tried */
+    int outcome;         /* outcome of the last load step tried */
     march_end end;
-    rm_node *nodes;      /* of the equilibrium */
-    rm_real (*jacobian)[RM_MOST_COLUMNS]; /* of the imbalance by the unknowns over their scales */
-    rm_real scales[6];   /* what makes the unknowns numbers near one */
+    rm_node *nodes;      /* nodes of the equilibrium */
+    rm_real (*jacobian)[RM_MOST_COLUMNS]; /* derivative of the residual by the unknowns over their scales */
+    rm_real scales[6];   /* scales of the unknowns, which make them near one */
 } reached_state;
 
-/* Solution and determinant of a system of n <= 6 equations, by elimination with row pivots. */
+/* Solve n <= 6 equations by Gaussian elimination with partial pivoting; return the determinant. */
 static rm_real eliminate(rm_real (*matrix)[RM_MOST_COLUMNS], const rm_real *right, int n, rm_real *solution)
 {
     rm_real rows[6][7], product = R(1.0);
@@ -108,7 +108,7 @@ RM_INLINE int is_stable(const equilibrium *e, const march_end *end, variations *
     const mat moments = {{jacobian[0][0], jacobian[1][0], jacobian[2][0]},
                          {jacobian[0][1], jacobian[1][1], jacobian[2][1]},
                          {jacobian[0][2], jacobian[1][2], jacobian[2][2]}};
-    /* A B^-1 is wanted, and B^-1 A has its eigenvalues. */
+    /* With A the moments and B the turns of the end, B^-1 A has the eigenvalues of A B^-1. */
     return end->apart & is_positive(divided(turns, moments));
 }
 
@@ -128,13 +128,13 @@ RM_INLINE vec pull_of(const equilibrium *e, const rm_real *unknown)
     return e->unknowns == 6 ? vec_of(unknown + 3) : no_vec();
 }
 
-/* A force that turns the end by about one. */
+/* Scale of a follower force: it turns the end by about 1 rad. */
 RM_INLINE rm_real follower_scale(const section_state *free, rm_real length)
 {
     return free->stiffness.xx / (length * length);
 }
 
-/* Forces that the follower force's unknowns stand for. */
+/* Set the columns of the unknown follower force. */
 RM_INLINE void set_follower_columns(rm_real tip_length, rm_real by, column_forces *forces)
 {
     for (int i = 0; i < 3; i++) {
@@ -144,7 +144,8 @@ RM_INLINE void set_follower_columns(rm_real tip_length, rm_real by, column_force
     }
 }
 
-/* Integrate with the neighbouring solutions of each unknown; the correction to be subtracted, in its scale. */
+/* Integrate with the neighbouring solutions by the unknowns; set the Newton correction, to be subtracted, in units of
+ * the unknowns' scales. */
 static void shoot_three(const equilibrium *e, const rm_domain *domain, const rm_real *unknown, int steps,
                         expansion *stored, rm_node *nodes, march_end *end, rm_real (*jacobian)[RM_MOST_COLUMNS], rm_real *correction,
                         int *stable)
@@ -175,12 +176,12 @@ static void shoot_six(const equilibrium *e, const rm_domain *domain, const rm_re
     *stable = is_stable(e, end, &at, jacobian, solve_small(jacobian, missing, 6, correction));
 }
 
-/* Integrate alone, the law from expansions where these are near; the correction with the Jacobian of the shot that
- * stored them. */
+/* Integrate without neighbouring solutions, with the law from nearby expansions; set the correction of a simplified
+ * Newton step, with the Jacobian of the shot that stored the expansions. */
 static void check(const equilibrium *e, const rm_domain *domain, const rm_real *unknown, int steps, expansion *stored,
                   rm_node *nodes, march_end *end, rm_real (*jacobian)[RM_MOST_COLUMNS], rm_real *correction)
 {
-    variations none; /* no column of it is looked at */
+    variations none; /* not read: there are no columns */
     rm_real missing[6];
     const vec pull = pull_of(e, unknown);
     march(e, domain, vec_of(unknown), pull, steps, 0, 0, NULL, &none, NULL, stored, nodes, end);
@@ -190,19 +191,19 @@ static void check(const equilibrium *e, const rm_domain *domain, const rm_real *
 
 #define RM_INPUTS 12
 
-/* Neighbouring solutions by pressures, and by loads where there are 12 inputs, carried along by the last shot. */
+/* Neighbouring solutions by pressures, and by loads if there are 12 inputs, integrated in the last shot. */
 typedef struct {
-    variations end;                 /* at the end of the body */
-    variations *kept;               /* at the nodes, with their rates; NULL for none */
+    variations end;                 /* neighbouring solutions at the end of the body */
+    variations *kept;               /* neighbouring solutions at the nodes, with their rates, or NULL */
     column_forces forces;
-    rm_real jacobian[6][RM_MOST_COLUMNS]; /* of the imbalance by the columns */
-    rm_real by_input[6][RM_INPUTS]; /* of the unknowns */
+    rm_real jacobian[6][RM_MOST_COLUMNS]; /* derivative of the residual by the columns */
+    rm_real by_input[6][RM_INPUTS]; /* derivatives of the unknowns by the inputs */
     int unknowns, columns, inputs;
-    int is_done;                    /* what was reached is the end of such a shot */
+    int is_done;                    /* whether the last shot has integrated them */
     mat world;                      /* frame of the base */
 } derivatives;
 
-/* Integrate with the neighbouring solutions by unknowns and inputs; the correction with the Jacobian of this shot. */
+/* Integrate with the neighbouring solutions by unknowns and inputs; set the Newton correction. */
 static void shoot_driven(const equilibrium *e, const rm_domain *domain, const rm_real *unknown, int steps,
                          derivatives *d, rm_node *nodes, march_end *end, rm_real *correction)
 {
@@ -235,8 +236,8 @@ RM_INLINE int is_resolved(const march_end *end)
            & (end->longest_way <= RM_STRETCH * RM_STRETCH);
 }
 
-/* Slope of the unknowns by the load fraction at no load: what the loads' moment about the base does there, with the
- * rod in its free shape. */
+/* Slope of the unknowns by the load fraction at no load: the loads' moment about the base, on the rod in its free
+ * shape, bends the first section. */
 static void first_slope(const equilibrium *e, vec free_curvature, const sym *flexibility, rm_real *slope)
 {
     const resultants *l = &e->loads;
@@ -244,7 +245,7 @@ static void first_slope(const equilibrium *e, vec free_curvature, const sym *fle
     vec end, half;
     screw_by(e->mount, scale(R(0.5), turn), scale(R(0.5) * e->length, ahead), &half);
     const quat frame = screw_by(e->mount, turn, scale(e->length, ahead), &end);
-    /* Simpson's mean of the positions. */
+    /* Mean of the positions by Simpson's rule. */
     const vec middle = add(scale(R(4.0 / 6.0), half), scale(R(1.0 / 6.0), end)), axis = out_of_body(frame, ahead);
     vec moment = add(l->end_moment, out_of_body(frame, l->follower_moment));
     moment = add(moment, add(cross(end, l->end_force), cross(axis, l->lever)));
@@ -276,11 +277,10 @@ RM_INLINE rm_real farthest(const rm_node *a, const rm_node *b, int steps)
     return most;
 }
 
-/* Solve for the equilibrium that the rod reaches from its free shape as the loads grow in proportion; from `start`,
- * where there is one, for the one that Newton's method leads to. Where the full load cannot be reached, the
- * equilibrium at the largest fraction of it that was. Where derivatives are wanted, the shot that shows that Newton's
- * method is there carries them along. There must be room for 4 steps + 1
- * expansions, for two times steps + 1 nodes, and for two Jacobians. */
+/* Solve for the equilibrium that the rod reaches from its free shape as the loads grow in proportion, or for the one
+ * that Newton's method finds from `start`, if it is not NULL. If the full load cannot be reached, `reached` is the
+ * equilibrium at the largest fraction that was. The last shot integrates the derivatives `d`, if it is not NULL. Sizes:
+ * 4 steps + 1 expansions, twice steps + 1 nodes, two Jacobians. */
 static void follow(const equilibrium *whole, const rm_domain *domain, vec free_curvature, const section_state *free,
                    const rm_real *start, const rm_options *options, expansion *stored, rm_node *first_nodes, rm_node *second_nodes,
                    rm_real (*jacobians)[RM_MOST_COLUMNS], derivatives *d, reached_state *reached)
@@ -321,7 +321,7 @@ static void follow(const equilibrium *whole, const rm_domain *domain, vec free_c
     while (reached->load_fraction < R(1.0) && step >= RM_SMALLEST_LOAD_STEP && reached->shots < options->max_shots) {
         const rm_real left = R(1.0) - reached->load_fraction;
         const rm_real target = step < left ? reached->load_fraction + step : R(1.0);
-        /* A first guess is worth half as many steps: what they miss is less than what it does. */
+        /* The first guess needs only half the steps: its own error is larger than theirs. */
         const int rough = steps > 1 && reached->shots == 0 && !warm;
         const int taken = rough ? steps / 2 : steps;
         const int driven = sure && d != NULL && target == R(1.0);
@@ -348,7 +348,7 @@ static void follow(const equilibrium *whole, const rm_domain *domain, vec free_c
         const int resolved = is_resolved(&end);
         const int holds = stable && end.convex;
         const int good = done && resolved && (warm || (near && holds));
-        /* Written so that a NaN is hopeless. */
+        /* Comparisons with a NaN are false: it ends the iteration. */
         const int hopeful = !done && size <= RM_CONTRACTION * before && size <= RM_MAX_TURN;
 
         if (good) {
@@ -375,11 +375,12 @@ static void follow(const equilibrium *whole, const rm_domain *domain, vec free_c
         if (!hopeful && !rough) {
             reached->outcome = good ? ARRIVED : (done && !resolved ? UNRESOLVED : (done && near ? UNSTABLE : DIVERGED));
         }
-        /* Newton's corrections: each the square of the last, or by the factor that the last two had. */
+        /* With quadratic convergence the next correction is ratio size^2; if it is below the tolerance, the next shot
+         * is the last one and needs no new Jacobian. */
         const rm_real ratio = before < infinite() ? size / (before * before) : R(1.0);
         const int was_sure = sure;
         sure = hopeful && !was_sure && !rough && ratio * size * size <= options->tolerance;
-        /* A failed warm start is followed by the whole load from the free shape. */
+        /* After a failed warm start the full load is tried from the free shape. */
         const rm_real factor = good ? R(2.0) : ((hopeful || warm || rough) ? R(1.0) : R(0.5));
         step = smaller(factor * step, R(1.0) - reached->load_fraction);
         if (warm && !hopeful && !good) {

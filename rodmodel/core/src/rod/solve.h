@@ -1,16 +1,17 @@
-/* The solve: from an input to the pose, with flags; and the derivatives of the pose. */
+/* The solve: from an input to the pose and its flags. */
 #ifndef RM_SOLVE_H
 #define RM_SOLVE_H
 
 #include "kinematics.h"
 
+/* Factor on the limits of the domain: a change of units rounds. */
 #define RM_SLACK R(1.000001)
-/* By how much base_rotation may miss a rotation, entry by entry: enough for one rounded to single precision. */
+/* Largest error of R^T R - I, entry by entry: a rotation in single precision passes. */
 #define RM_ORTHOGONAL R(1e-5)
-/* Above this tolerance [rad] whatever is guessed would pass for an equilibrium. */
+/* Largest tolerance [rad]: above, any guess would pass for an equilibrium. */
 #define RM_LOOSEST R(1e-2)
 
-/* A solve under way, in the workspace. */
+/* State of a solve; its arrays lie in the workspace. */
 typedef struct {
     const rm_rod *rod;
     contracted section;
@@ -18,16 +19,16 @@ typedef struct {
     section_state free; /* section at the free curvature */
     vec free_curvature;
     rm_node *nodes[2];
-    expansion *expansions; /* of the law at every stage of a step, and at the end */
+    expansion *expansions; /* expansions of the law at every stage of a step, and at the end */
     rm_real *features;
     rm_real *lifts;       /* c phi' of ridges, summed over sections */
-    rm_real *weights;     /* of the nodes */
-    variations *kept;     /* at the nodes, with their rates; NULL without a Jacobian */
+    rm_real *weights;     /* quadrature weights of the nodes */
+    variations *kept;     /* neighbouring solutions at the nodes, with their rates; NULL without a Jacobian */
     rm_real jacobians[12][RM_MOST_COLUMNS];
     reached_state reached;
-    resultants loads;     /* whole, frame of the base */
+    resultants loads;     /* full load, frame of the base */
     int loaded;
-    int steps;            /* of the nodes: 1 for an arc */
+    int steps;            /* number of steps between the nodes: 1 for an arc */
 } solve_state;
 
 RM_INLINE size_t aligned(size_t count)
@@ -35,7 +36,7 @@ RM_INLINE size_t aligned(size_t count)
     return RM_PADDED(count);
 }
 
-/* The public constants count these. */
+/* RM_WORKSPACE_SIZE counts on these sizes. */
 typedef char node_has_the_size_that_the_header_says[sizeof(rm_node) == RM_NODE_SIZE * sizeof(rm_real) ? 1 : -1];
 typedef char an_expansion_has_it[sizeof(expansion) == RM_EXPANSION_SIZE * sizeof(rm_real) ? 1 : -1];
 typedef char variations_have_it_too[2 * sizeof(variations) == RM_KEPT_SIZE * sizeof(rm_real) ? 1 : -1];
@@ -46,7 +47,7 @@ static size_t workspace_size(const rm_rod *rod, int steps, int with_jacobian)
                              (size_t)steps, with_jacobian);
 }
 
-/* Lay the workspace out and contract the law; volumes and derivatives want its slopes by the pressures. */
+/* Lay out the workspace and contract the law; volumes and derivatives need its slopes by the pressures. */
 static void begin(solve_state *at, const rm_rod *rod, const rm_real *pressure, int steps, int with_jacobian,
                   int with_slopes, rm_real *memory)
 {
@@ -104,7 +105,7 @@ static int is_good(const rm_input *input)
     return good;
 }
 
-/* Whether steps and tolerance are numbers to solve with; of the others, any are. */
+/* Return whether steps and tolerance are in range; the other options are not restricted. */
 static int is_usable(const rm_options *options)
 {
     return (options->steps >= 1) & (options->tolerance >= R(0.0)) & (options->tolerance <= RM_LOOSEST);
@@ -132,7 +133,7 @@ static int fail(rm_solution *solution, int result)
     return result;
 }
 
-/* Equilibrium of a good input: sets `equilibrium`, `reached` and its nodes; without loads an arc, of one step. */
+/* Solve a valid input: set `equilibrium`, `reached` and its nodes; without loads an arc of one step. */
 static void equilibrate(solve_state *at, const rm_input *input, const rm_options *options, const rm_real *start,
                         derivatives *d)
 {
@@ -187,7 +188,7 @@ static void equilibrate(solve_state *at, const rm_input *input, const rm_options
     put_vec(nodes[1].turn, turn);
 }
 
-/* Half turns of the tangent: along the nodes, or along an arc that turns by more than a quarter. */
+/* Half turns of the tangent along the nodes, or along an arc; an arc of at most a quarter turn has none. */
 static rm_real count_half_turns(const solve_state *at)
 {
     const vec chord = level(at->reached.end.position), ahead = {R(0.0), R(0.0), R(1.0)};
@@ -214,9 +215,9 @@ static rm_real count_half_turns(const solve_state *at)
     return half_turns(&count, forward, up);
 }
 
-/* Chamber volumes, -dPi/dp of the whole rod's energy: of the sections at the nodes; of the stiff tip, whose sections
- * are as free of moments, less the held length, whose chambers keep what they have at rest; and, as the pressures turn
- * the base and move the cap, of the work that the loads do then. By that last part dV/dF is dx/dp. */
+/* Chamber volumes, -d/dp of the rod's energy: a quadrature over the nodes; the stiff tip, less the held length, at the
+ * free curvature; the held length, at rest; and the work of the loads on base and cap, which the pressures move. With
+ * that work, dV/dF is dx/dp of the tip. */
 static void put_volumes(solve_state *at, const rm_real *pressure, rm_real *volume)
 {
     const rm_actuator *a = &at->rod->actuator;
@@ -249,7 +250,7 @@ static void put_volumes(solve_state *at, const rm_real *pressure, rm_real *volum
         static const rm_real none[3] = {R(0.0), R(0.0), R(0.0)};
         rm_real rest[3];
         contracted still = at->section;
-        /* In the room of c phi'', which nobody keeps over this: stations and derivatives look at the offsets again. */
+        /* Overwrites c phi'' and c phi''': stations and derivatives compute them anew from the offsets. */
         contract(&at->rod->law, none, 0, at->features, at->section.bend, &still);
         memset(at->lifts, 0, (size_t)total * sizeof(rm_real));
         add_lifts(&still, no_vec(), a->held_length, at->lifts);
@@ -260,7 +261,7 @@ static void put_volumes(solve_state *at, const rm_real *pressure, rm_real *volum
     }
 }
 
-/* Pose and flags of what was reached. */
+/* Set pose and flags of the equilibrium reached. */
 static int put_solution(solve_state *at, const rm_input *input, const rm_options *options, rm_solution *solution)
 {
     static const int results[] = {RM_SUCCESSFUL, RM_UNSTABLE, RM_NOT_CONVERGED, RM_UNRESOLVED};
@@ -296,7 +297,7 @@ static int put_solution(solve_state *at, const rm_input *input, const rm_options
         result = RM_NOT_CONVERGED;
     }
     if (result == RM_NOT_CONVERGED && reached->load_fraction > R(0.0)) {
-        /* However little more load, there is no equilibrium nearby: the branch turns back here. */
+        /* The smallest load step finds no equilibrium nearby: the branch has a limit point here. */
         result = RM_UNSTABLE;
     }
     if (!(is_finite(tip.x) && is_finite(tip.y) && is_finite(tip.z))) {
@@ -312,7 +313,7 @@ static int put_solution(solve_state *at, const rm_input *input, const rm_options
     return result;
 }
 
-/* The last node's rate and drift, which no step begins with, for stations. */
+/* Set rate and drift of the last node, at which no step starts, for stations. */
 static void complete_nodes(solve_state *at)
 {
     if (at->steps > 1 || at->loaded) {
@@ -329,7 +330,7 @@ static void complete_nodes(solve_state *at)
     }
 }
 
-/* Columns for the derivatives by pressures, and with `by_loads` by the loads; with `keep`, along the rod. */
+/* Set up the columns of the derivatives by pressures, with `by_loads` also by loads; `keep` keeps them at the nodes. */
 static void prepare_derivatives(const solve_state *at, const rm_input *input, int by_loads, int keep, derivatives *d)
 {
     const rm_real identity[9] = {R(1.0), R(0.0), R(0.0), R(0.0), R(1.0), R(0.0), R(0.0), R(0.0), R(1.0)};
@@ -349,7 +350,7 @@ static void prepare_derivatives(const solve_state *at, const rm_input *input, in
                          {d->world.a.y, d->world.b.y, d->world.c.y},
                          {d->world.a.z, d->world.b.z, d->world.c.z}};
     for (int axis = 0; axis < 3 && by_loads; axis++) {
-        /* Components in the frame of the base of an axis of the world. */
+        /* Components of a world axis in the frame of the base. */
         const rm_real unit[3] = {rows[axis].x, rows[axis].y, rows[axis].z};
         const int f = d->unknowns + 3 + axis, g = f + 3;
         for (int i = 0; i < 3; i++) {
@@ -366,7 +367,7 @@ static void prepare_derivatives(const solve_state *at, const rm_input *input, in
     }
 }
 
-/* Where no load step succeeded, what was reached is the rod without loads. */
+/* If no load step succeeded, return to the rod without loads. */
 static void fall_back(solve_state *at, const rm_input *input, const rm_options *options, derivatives *d)
 {
     if (at->loaded && at->reached.load_fraction == R(0.0)) {
@@ -384,7 +385,7 @@ static void fall_back(solve_state *at, const rm_input *input, const rm_options *
     }
 }
 
-/* Solve; with the derivatives that were prepared, where they are wanted and the last shot carried them. */
+/* Solve after `begin`. The last shot may integrate the derivatives `d`, which may be NULL. */
 static int solve_begun(solve_state *at, const rm_input *input, const rm_options *options, const rm_real *start,
                        derivatives *d, rm_solution *solution)
 {

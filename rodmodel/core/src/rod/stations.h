@@ -1,4 +1,4 @@
-/* Pose and curvature along the rod, of a solution and its nodes. */
+/* Pose and curvature along the rod, from a solution and its nodes. */
 #ifndef RM_STATIONS_H
 #define RM_STATIONS_H
 
@@ -17,7 +17,7 @@ static void put_stations(const rm_rod *rod, const rm_input *input, const rm_solu
         const rm_real s = arc_lengths[k];
         vec none = {not_a_number(), not_a_number(), not_a_number()}, position = none, turn = none;
         mat frame = {none, none, none};
-        /* A rounding of its length is no way beyond the rod. */
+        /* An arc length beyond the rod by a rounding counts as its end. */
         if (s >= R(0.0) && s <= end * (R(1.0) + R(4.0) * RM_EPSILON)) {
             const rm_real body = smaller(s, length);
             const quat q = pose_between(nodes, solution->steps, length, body, &position, &turn);

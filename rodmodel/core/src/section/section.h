@@ -302,8 +302,8 @@ RM_INLINE section_state linearise_near(const contracted *at, vec curvature, cons
     return found;
 }
 
-/* Derivatives by the pressures of the moment [N m/Pa], and of the stiffness applied to y [1/m^2], after `linearise` with
- * `keep`. Returns the change of the stiffness along y. */
+/* Derivatives by the pressures of the moment [N m/Pa], and of the stiffness applied to y [1/m^2], after `linearise`
+ * with `keep`. Returns the change of the stiffness along y. */
 RM_INLINE sym slopes_by_pressure(const contracted *at, vec y, vec moment[3], vec stiffened[3])
 {
     const int total = at->total;
@@ -340,8 +340,8 @@ RM_INLINE sym slopes_by_pressure(const contracted *at, vec y, vec moment[3], vec
     return sym_scale(at->third_scale, found);
 }
 
-/* Root of the moment near the guess [1/m], by Newton's method with limited steps; NaN if none is found. Sets the section
- * there, with c phi'' and c phi''' of its ridges kept. */
+/* Root of the moment near the guess [1/m], by Newton's method with limited steps; NaN if none is found. Sets the
+ * section there, with c phi'' and c phi''' of its ridges kept. */
 static vec find_free_curvature(const contracted *at, section_state *section)
 {
     const rm_real limit = rm_sqrt(RM_EPSILON), u_s = at->law->curvature_scale;

@@ -162,7 +162,7 @@ def assemble(nodes: np.ndarray, local: np.ndarray, count: int) -> np.ndarray:
 
 def times(nodes: np.ndarray, local: np.ndarray, direction: np.ndarray) -> np.ndarray:
     """Product of the sum of local matrices with a nodal direction (nodes, 3)."""
-    moved = direction[nodes].reshape(len(nodes), -1)
+    moved = direction[nodes].reshape(len(nodes), 3 * nodes.shape[1])
     return assemble(nodes, np.einsum("eab,eb->ea", local, moved), len(direction))
 
 

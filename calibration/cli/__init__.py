@@ -1,4 +1,4 @@
-"""Command line: run the sweep, fit the law, report how good it is."""
+"""Command ``rodmodel-calibrate``: sweep the cell, fit a section law, and report its errors."""
 
 import argparse
 import json
@@ -26,12 +26,12 @@ from calibration.cli._arguments import (
 )
 from calibration.cli._files import read_calibration_file, read_dataset, write_calibration_file
 
-# Size of a law that is fitted from scratch.
+# Default size of a law.
 _RIDGES, _FEATURES = 24, 16
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Entry point of ``rodmodel-calibrate``; returns the exit status."""
+    """Run ``rodmodel-calibrate`` and return the exit status."""
     import jax
 
     jax.config.update("jax_enable_x64", True)
@@ -125,7 +125,8 @@ def _run(options: argparse.Namespace, command: str) -> int:
     if failed:
         ends = "; ".join(f"{name} after {len(records[name].states)} states" for name in failed)
         return complain(
-            f"rodmodel-calibrate run: {len(failed)} paths ended early, the rest is written: {ends}", 3
+            f"rodmodel-calibrate run: {len(failed)} paths ended early, all states are written: {ends}",
+            NOT_CONVERGED,
         )
     return GOOD
 
@@ -149,7 +150,7 @@ def _fit(options: argparse.Namespace, command: str) -> int:
         except UnlikeError as error:
             raise BadInputError(f"--also {file}: got {error}") from error
     if options.near and (options.ridges is not None or options.features is not None):
-        raise BadInputError("--near: got it with --ridges or --features, expected the size to be that law's")
+        raise BadInputError("--near: got --ridges or --features too, expected the size to be that law's")
     near = []
     for file in options.near:
         begun = read_calibration_file(file)
@@ -158,7 +159,7 @@ def _fit(options: argparse.Namespace, command: str) -> int:
                 refuse_another_actuator(begun, run)
             near.append(begin_near(begun.section_law, run))
         except UnlikeError as error:
-            raise BadInputError(f"--near {file}: got {error}; --near-another insists") from error
+            raise BadInputError(f"--near {file}: got {error}; --near-another allows it") from error
         except ValueError as error:
             raise BadInputError(f"--near {file}: got {error}") from error
         for caution in cautions(begun, run, domain):
@@ -206,7 +207,7 @@ def _fit(options: argparse.Namespace, command: str) -> int:
 
 
 def _dataset(options: argparse.Namespace) -> Any:
-    """The dataset and the domain it was made for, narrowed where the command line says so."""
+    """Return the dataset and its domain, narrowed by the options."""
     from calibration.sweep.dataset import attributes
     from rodmodel import Domain
 
@@ -228,7 +229,7 @@ def _parser() -> argparse.ArgumentParser:
         required=True, metavar="run | fit | report | fit-measured | truth | ends | judge"
     )
 
-    run = commands.add_parser("run", help="sweep loading paths of the cell; takes up a run that was stopped")
+    run = commands.add_parser("run", help="sweep loading paths of the cell, or resume an interrupted run")
     run.add_argument("--layout", default="double-helix", help="winding layout (default: %(default)s)")
     run.add_argument(
         "--psi-deg",
@@ -236,7 +237,7 @@ def _parser() -> argparse.ArgumentParser:
         type=number,
         default=[0.0],
         metavar="PSI",
-        help="winding orientation [deg]; two, least and largest: every path has its own",
+        help="winding orientation [deg]; or a range, from which each path draws its own",
     )
     run.add_argument(
         "--pitch-mm", type=positive, default=3.0, help="winding pitch, twice the rings' spacing [mm]"
@@ -247,23 +248,23 @@ def _parser() -> argparse.ArgumentParser:
         "--extend",
         default=None,
         metavar="DATASET",
-        help="of the same run with fewer paths, whose states are not computed again",
+        help="dataset of the same run with fewer paths, whose states are not computed again",
     )
     run.add_argument("--workers", type=count, default=2, help="processes, one thread each")
     run.add_argument(
         "--scheduler",
         default=None,
         metavar="ADDRESS",
-        help="of a dask cluster to run on, in place of processes; it is trusted with what it sends back",
+        help="address of a dask scheduler to use in place of local processes; it must be trusted",
     )
     run.add_argument("--paths", type=count, default=100, help="loading paths, every fifth of them held out")
-    run.add_argument("--seed", type=int, default=0, help="of the design")
+    run.add_argument("--seed", type=int, default=0, help="seed of the design")
     run.add_argument(
         "--end-compliance-mm-per-n",
         type=not_negative,
         default=None,
         metavar="C",
-        help="by how much the ends give along the rod (default: those of the paper's actuator)",
+        help="compliance of the ends along the rod (default: that of the paper's actuator)",
     )
     run.add_argument("--moment-max-nmm", type=positive, default=6.6, help="largest bending moment [N mm]")
     run.add_argument("--torque-max-nmm", type=positive, default=3.3, help="largest torque [N mm]")
@@ -277,7 +278,8 @@ def _parser() -> argparse.ArgumentParser:
         nargs="+",
         default=[],
         metavar="DATASET",
-        help="of the same section, for a law of all orientations at any; its training states are fitted too",
+        help="more datasets of the same section (of any orientation for a law of all); their training "
+        "states are fitted too",
     )
     fit.add_argument("--out", required=True, help="calibration file to write")
     fit.add_argument(
@@ -285,11 +287,11 @@ def _parser() -> argparse.ArgumentParser:
         nargs="+",
         default=[],
         metavar="FILE",
-        help="calibration of another winding, to begin with its law and stay near it: needs fewer paths; "
-        "near each of several a law is fitted, and one of the first's size learns their mean",
+        help="calibration of another winding whose law the fit starts from and stays near, which needs "
+        "fewer paths; with several, a law is fitted near each, and one law is trained on their mean",
     )
     fit.add_argument(
-        "--near-another", action="store_true", help="begin with --near's law though its actuator is another"
+        "--near-another", action="store_true", help="allow the law of another actuator for --near"
     )
     fit.add_argument(
         "--ridges", type=count, default=None, help=f"ridge functions of the law (default: {_RIDGES})"
@@ -300,8 +302,8 @@ def _parser() -> argparse.ArgumentParser:
         default=None,
         help=f"hidden functions of the pressures (default: {_FEATURES})",
     )
-    fit.add_argument("--iterations", type=count, default=100, help="of the final training, at most")
-    fit.add_argument("--seed", type=int, default=0, help="of the first start")
+    fit.add_argument("--iterations", type=count, default=100, help="maximum iterations of the final training")
+    fit.add_argument("--seed", type=int, default=0, help="seed of the first start")
     _domain_options(fit, None, None)
     fit.set_defaults(command=_fit)
 

@@ -1,4 +1,4 @@
-"""What the commands share: exit statuses, refusals, and numbers that are checked as they are parsed."""
+"""Shared parts of the commands: exit statuses, errors in one line, and argument types."""
 
 import argparse
 import json
@@ -9,24 +9,24 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 GOOD, BAD_INPUT, NOT_CONVERGED = 0, 2, 3
-#: Of a program that Ctrl-C has ended, as shells tell it.
+#: Exit status after Ctrl-C, as in shells.
 INTERRUPTED = 130
 
 
 class BadInputError(ValueError):
-    """What came on the command line cannot be used; the message is one line."""
+    """Error for bad input; the message is one line."""
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line."""
+    """Parser whose errors are one line."""
 
     def error(self, message: str) -> NoReturn:
-        """Refuse in one line."""
+        """Print the error in one line and exit."""
         self.exit(BAD_INPUT, f"{self.prog}: {message}\n")
 
 
 def refuse_unwritable(argument: str, file: Path) -> None:
-    """Find out before the work, not after it."""
+    """Refuse a file that cannot be written, before the work begins."""
     try:
         with file.open("a"):
             pass
@@ -39,13 +39,13 @@ def refuse_unwritable(argument: str, file: Path) -> None:
 
 
 def complain(message: str, status: int) -> int:
-    """Say it on stderr; the status comes back."""
+    """Print a message on standard error; return the status."""
     print(message, file=sys.stderr)
     return status
 
 
 def json_text(answer: Any) -> str:
-    """One object in JSON, which has no infinities: they are null, as numbers that are none."""
+    """Return one JSON object, with null for infinity and NaN, which JSON does not have."""
 
     def finite(value: Any) -> Any:
         if isinstance(value, Mapping):
@@ -76,7 +76,7 @@ positive = _checked("a positive number", lambda value: math.isfinite(value) and 
 
 
 def count(text: str) -> int:
-    """Whole number of at least 1."""
+    """Parse a whole number of at least 1."""
     if not text.isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"got {text!r}, expected a whole number of at least 1")
     return int(text)

@@ -1,4 +1,4 @@
-"""`rodmodel-calibrate ends`: what the ends do, from the full actuator, written into calibration files."""
+"""`rodmodel-calibrate ends`: fit the ends to runs of the full actuator; write them to calibration files."""
 
 import argparse
 import json
@@ -15,33 +15,34 @@ if TYPE_CHECKING:
     from rodmodel import Calibration, Layout
 
 _ENDS = {
-    "base_turn": ("turn of the base", "mrad/kPa", 1e6),
-    "base_lag": ("less the turn of", "mm", 1e3),
+    "base_turn": ("base turn", "mrad/kPa", 1e6),
+    "base_lag": ("base lag", "mm", 1e3),
     "stiff_tip": ("stiff tip", "mm", 1e3),
-    "tip_offset": ("cap aside, at most", "mm", 1e3),
-    "tip_offset_curvature": ("at about a curvature of", "1/m", 1.0),
-    "held_length": ("chambers held over", "mm", 1e3),
+    "tip_offset": ("largest cap offset", "mm", 1e3),
+    "tip_offset_curvature": ("curvature of the offset", "1/m", 1.0),
+    "held_length": ("held chamber length", "mm", 1e3),
 }
 
 
 def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
     """Add the command."""
     ends = commands.add_parser(
-        "ends", help="fit what the ends do to the fit runs of the truth, and write it into files"
+        "ends",
+        help="fit the actuator's ends to the fit runs of the truth, and write them to calibration files",
     )
     ends.add_argument("truth", help="netCDF file that `truth --gather` wrote")
     ends.add_argument(
         "files",
         nargs="*",
         metavar="FILE",
-        help="calibration files to write them into: of their own winding's runs, or else of the paper's",
+        help="calibration files to write; each gets the ends of its own winding's runs, or of the paper's",
     )
     ends.add_argument(
         "--end-compliance-mm-per-n",
         type=not_negative,
         default=None,
         metavar="C",
-        help="of the cell in the middle (default: as in `run`)",
+        help="compliance of the ends in the cell (default: as in `run`)",
     )
     ends.set_defaults(command=_ends)
     return ends
@@ -56,8 +57,8 @@ def _ends(options: argparse.Namespace, command: str) -> int:
     from fem_reference import ActuatorGeometry
 
     truth, geometry = read_truth(options.truth), ActuatorGeometry()
-    told = options.end_compliance_mm_per_n
-    compliance = END_COMPLIANCE if told is None else 1e-3 * told
+    given = options.end_compliance_mm_per_n
+    compliance = END_COMPLIANCE if given is None else 1e-3 * given
     calibrations = {file: read_calibration_file(file) for file in options.files}
     for file, calibration in calibrations.items():
         if calibration.law.is_adjusted:
@@ -95,7 +96,7 @@ def _ends(options: argparse.Namespace, command: str) -> int:
         print(json.dumps({"ends": list(notes.values())}))
         return GOOD
     for winding, (found, ends) in fitted.items():
-        _tell_ends(winding, found, ends, shear, compliance)
+        _print_ends(winding, found, ends, shear, compliance)
     return GOOD
 
 
@@ -118,7 +119,7 @@ def _write_ends(
     write_calibration_file(made, file)
 
 
-def _tell_ends(
+def _print_ends(
     winding: "Layout",
     found: "Compliance",
     ends: "Ends",
@@ -128,25 +129,26 @@ def _tell_ends(
     psi = math.degrees(winding.psi or 0.0)
     print(f"fit runs of {winding.name}, pitch {1e3 * winding.pitch:g} mm, psi {psi:g} deg:")
     print(
-        f"ends give by {1e3 * found.value:.3f} ± {1e3 * found.standard_error:.3f} mm/N, from {found.states} "
-        f"states: the middle's angle over a body is off by {math.degrees(found.after):.2f} deg (root mean "
-        f"square), with ends that hold by {math.degrees(found.before):.2f} deg"
+        f"end compliance {1e3 * found.value:.3f} ± {1e3 * found.standard_error:.3f} mm/N, from "
+        f"{found.states} states; error of the middle's angle over a body length: "
+        f"{math.degrees(found.after):.2f} deg (root mean square), "
+        f"{math.degrees(found.before):.2f} deg with rigid ends"
     )
     print(f"with {1e3 * compliance:g} mm/N in the cell:")
     for name, (title, unit, factor) in _ENDS.items():
         value, spread = factor * ends.values[name], factor * ends.standard_errors[name]
         print(f"  {title:24s} {value:8.3f} ± {spread:.3f} {unit}")
     if shear is not None:
-        print(f"under a force sections lean by {shear[0]:.3f} ± {shear[1]:.3f} rad/N")
+        print(f"shear compliance {shear[0]:.3f} ± {shear[1]:.3f} rad/N")
     print(
-        f"the tip is off by {1e3 * ends.after:.2f} mm and {math.degrees(ends.turn_after):.2f} deg (root mean "
-        f"square), without them by {1e3 * ends.before:.2f} mm and {math.degrees(ends.turn_before):.2f} deg"
+        f"tip error {1e3 * ends.after:.2f} mm and {math.degrees(ends.turn_after):.2f} deg (root mean "
+        f"square), without ends {1e3 * ends.before:.2f} mm and {math.degrees(ends.turn_before):.2f} deg"
     )
     print(
-        f"a chamber's volume is off by {1e9 * ends.volume_after:.0f} mm3 (root mean square), without what "
-        f"the ends hold by {1e9 * ends.volume_before:.0f} mm3"
+        f"chamber volume error {1e9 * ends.volume_after:.0f} mm3 (root mean square), without a held length "
+        f"{1e9 * ends.volume_before:.0f} mm3"
     )
     print(
-        f"angle on runs left out in turn: median {math.degrees(ends.angle_median):.2f}, 90 % within "
+        f"leave-one-run-out angle error: median {math.degrees(ends.angle_median):.2f}, 90 % within "
         f"{math.degrees(ends.angle_p90):.2f}, worst {math.degrees(ends.angle_worst):.2f} deg"
     )

@@ -1,4 +1,4 @@
-"""Files that several commands read or write, refused in one line."""
+"""Files of several commands, with errors in one line."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def read_dataset(file: str) -> Any:
-    """The dataset of a sweep."""
+    """Read the dataset of a sweep."""
     from calibration.sweep.dataset import DatasetError, load_dataset
 
     try:
@@ -20,7 +20,7 @@ def read_dataset(file: str) -> Any:
 
 
 def read_truth(file: str | None) -> Any:
-    """The gathered runs of the full actuator; without a file, those that ship."""
+    """Read runs of the full actuator; without a file, the shipped ones."""
     from calibration.truth.dataset import SHIPPED, TruthError, load_truth
 
     try:
@@ -30,7 +30,7 @@ def read_truth(file: str | None) -> Any:
 
 
 def read_calibration_file(file: str) -> Any:
-    """A calibration."""
+    """Read a calibration file."""
     from rodmodel import read_calibration
 
     try:
@@ -40,7 +40,7 @@ def read_calibration_file(file: str) -> Any:
 
 
 def write_calibration_file(calibration: "rodmodel.Calibration", file: str) -> None:
-    """A calibration; what was there stays where the new one cannot be written, or could not be read again."""
+    """Write a calibration file; an old file stays if the new one cannot be written, or is not valid."""
     from rodmodel import save_calibration
 
     try:

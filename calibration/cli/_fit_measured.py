@@ -1,4 +1,4 @@
-"""`rodmodel-calibrate fit-measured`: adjust the map to an actuator that was measured."""
+"""`rodmodel-calibrate fit-measured`: adjust the map to measurements of a real actuator."""
 
 import argparse
 import json
@@ -29,7 +29,7 @@ def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
     add = parser.add_argument
     add(
         "data",
-        help="CSV file of pressures and what was measured under them; see docs/reference/measured_csv.md",
+        help="CSV file of pressures and measurements; see docs/reference/measured_csv.md",
     )
     add("--layout", default="double-helix", help="winding layout (default: %(default)s)")
     add("--psi-deg", type=number, default=0.0, help="winding orientation [deg]")
@@ -37,15 +37,18 @@ def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
     add("--calibration", default=None, metavar="FILE", help="calibration file in place of those that ship")
     add("--angle-noise-deg", type=positive, default=1.0, help="standard deviation of angles (default: 1)")
     add(
-        "--position-noise-mm", type=positive, default=0.5, help="of each coordinate of the tip (default: 0.5)"
+        "--position-noise-mm",
+        type=positive,
+        default=0.5,
+        help="standard deviation of each tip coordinate (default: 0.5)",
     )
     add(
         "--estimate-noise",
         action="store_true",
-        help="take only the ratio of the two, and their size from the residuals",
+        help="use only the ratio of the two standard deviations; estimate their size from the residuals",
     )
-    add("--lenient", action="store_true", help="pass over unknown columns, rows with an empty cell, no names")
-    add("--force", action="store_true", help="fit and write what is in doubt too")
+    add("--lenient", action="store_true", help="skip unknown columns, rows with an empty cell, missing names")
+    add("--force", action="store_true", help="fit and write despite doubts")
     add("--out", default=None, metavar="FILE", help="calibration file of the adjusted map to write")
     add("--plot", default=None, metavar="FILE", help="residual plot to write: PNG, PDF or SVG")
     parser.set_defaults(command=_run)
@@ -108,7 +111,7 @@ def _run(options: argparse.Namespace, command: str) -> int:
 
 
 def _measured(options: argparse.Namespace, found: "Found") -> "Measured":
-    """The measurements, and whether what is to be written can be made of them."""
+    """Read the measurements; refuse them if the requested files cannot be made from them."""
     from calibration.measured.csv_file import ANGLE, POSITIONS, read_measured
     from calibration.measured.text import MeasuredError
 
@@ -118,8 +121,8 @@ def _measured(options: argparse.Namespace, found: "Found") -> "Measured":
         raise BadInputError(str(error)) from error
     if options.plot is not None and Path(options.plot).suffix.lower() not in (".pdf", ".png", ".svg"):
         raise BadInputError(f"--plot: got {options.plot!r}, expected a .pdf, .png or .svg file")
-    told = ANGLE in measured.outputs or set(POSITIONS) <= set(measured.outputs)
-    if options.out is not None and not told:
+    has_angle_or_tip = ANGLE in measured.outputs or set(POSITIONS) <= set(measured.outputs)
+    if options.out is not None and not has_angle_or_tip:
         raise BadInputError(
             f"--out: got measurements of {', '.join(measured.outputs)}, expected {ANGLE}, or all of "
             f"{', '.join(POSITIONS)}: nothing else tells how far the adjusted map is off"
@@ -154,11 +157,11 @@ def _found(options: argparse.Namespace) -> "Found":
         psi, pitch = math.radians(options.psi_deg), 1e-3 * options.pitch_mm
         return find(options.layout, psi, pitch, options.calibration)
     except CalibrationNotFoundError as error:
-        flag, came = {
+        flag, given = {
             "layout": ("--layout", options.layout),
             "psi": ("--psi-deg", f"{options.psi_deg:g}"),
             "pitch": ("--pitch-mm", f"{options.pitch_mm:g}"),
         }[error.argument]
-        raise BadInputError(f"{flag}: got {came!r}, expected {error.expected}") from error
+        raise BadInputError(f"{flag}: got {given!r}, expected {error.expected}") from error
     except CalibrationFileError as error:
         raise BadInputError(f"--calibration: {error}") from error

@@ -1,4 +1,4 @@
-"""`rodmodel-calibrate judge`: the rods against the full actuator."""
+"""`rodmodel-calibrate judge`: compare the rods with the full actuator."""
 
 import argparse
 import json
@@ -21,11 +21,9 @@ _ROWS = {
 def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
     """Add the command."""
     judge = commands.add_parser("judge", help="shipped rods against the judge runs of the full actuator")
+    judge.add_argument("truth", nargs="?", help="netCDF file of `truth --gather` (default: the shipped runs)")
     judge.add_argument(
-        "truth", nargs="?", help="netCDF file that `truth --gather` wrote (default: the runs that ship)"
-    )
-    judge.add_argument(
-        "--role", default="judge", choices=["judge", "fit"], help="of the runs (default: %(default)s)"
+        "--role", default="judge", choices=["judge", "fit"], help="role of the runs (default: %(default)s)"
     )
     judge.set_defaults(command=_judge)
     return judge
@@ -54,7 +52,7 @@ def _judge(options: argparse.Namespace, command: str) -> int:
 
 
 def _status(found: dict[str, Any], options: argparse.Namespace) -> int:
-    """Bad where nothing was judged: no rod has passed then."""
+    """Return the exit status: without a judged state no rod has passed."""
     if found["judged"]:
         return GOOD
     runs = options.truth or "the runs that ship"

@@ -1,4 +1,4 @@
-"""`rodmodel-calibrate report`: a law on states it has not seen; or all laws that ship, and their rods."""
+"""`rodmodel-calibrate report`: held-out errors of one law, or of all shipped laws and their rods."""
 
 import argparse
 from dataclasses import asdict
@@ -15,7 +15,7 @@ def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
     """Add the command."""
     report = commands.add_parser(
         "report",
-        help="errors and figures of a calibration file; without one, of all that ship, and of their rods",
+        help="errors and plots of a calibration file; without one, of all shipped laws and their rods",
     )
     report.add_argument("dataset", nargs="?", help="netCDF file of a run")
     report.add_argument("file", nargs="?", help="calibration file")
@@ -24,19 +24,19 @@ def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
         "--datasets",
         default=None,
         metavar="DIR",
-        help="of the laws' datasets, to recompute the errors that their files state",
+        help="directory of the laws' datasets, to recompute the errors in their files",
     )
     report.add_argument(
         "--truth",
         default=None,
         metavar="FILE",
-        help="runs of the full actuator that judge the rods (default: those that ship)",
+        help="runs of the full actuator to compare the rods with (default: the shipped runs)",
     )
     report.add_argument(
         "--compare", action="store_true", help="fit other forms of the law to the same states"
     )
-    report.add_argument("--iterations", type=count, default=100, help="of the network that is compared")
-    report.add_argument("--seed", type=int, default=0, help="of the network that is compared")
+    report.add_argument("--iterations", type=count, default=100, help="iterations of the compared network")
+    report.add_argument("--seed", type=int, default=0, help="seed of the compared network")
     report.set_defaults(command=_report)
     return report
 

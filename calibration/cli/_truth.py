@@ -1,4 +1,4 @@
-"""`rodmodel-calibrate truth`: runs of the full actuator that rods are compared with."""
+"""`rodmodel-calibrate truth`: runs of the full actuator, for the comparison with rods."""
 
 import argparse
 import json
@@ -16,7 +16,7 @@ def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
     parser = commands.add_parser("truth", help="run cases of the full actuator, and gather them")
     add = parser.add_argument
     add("cases", nargs="*", metavar="CASE", help="names of cases to run; none lists them all")
-    add("--out", default=None, metavar="DIR", help="directory of the runs; a run that was stopped goes on")
+    add("--out", default=None, metavar="DIR", help="directory of the runs; an interrupted run resumes")
     add("--elements", default="coarse", help="mesh level (default: %(default)s)")
     add(
         "--gather", default=None, metavar="FILE", help="netCDF file for the runs of DIR; its other cases stay"
@@ -57,15 +57,16 @@ def _run(options: argparse.Namespace, command: str) -> int:
                 f"--gather: got {options.gather} ({error.strerror or error}), expected a path that can be "
                 "written"
             ) from error
-        told = {"file": options.gather, "states": truth.sizes["state"]}
-        print(json.dumps(told) if options.json else f"{told['states']} states written to {told['file']}")
+        summary = {"file": options.gather, "states": truth.sizes["state"]}
+        text = f"{summary['states']} states written to {summary['file']}"
+        print(json.dumps(summary) if options.json else text)
     for line in failures:
         complain(f"rodmodel-calibrate truth: {line}", NOT_CONVERGED)
     return NOT_CONVERGED if failures else GOOD
 
 
 def _trace(case: "TruthCase", directory: Path, level: str, command: str) -> str:
-    """Run one case; what went wrong, or nothing."""
+    """Run one case; return the error message, or an empty text."""
     from calibration.progress import progress_bar
     from calibration.truth.dataset import trace
     from fem_reference import ActuatorError, RunError, prepare_process

@@ -318,13 +318,14 @@ def tip_between_ends(
 
 @dataclass(frozen=True)
 class Bending:
-    """The cell without moments, at some pressures.
+    """Response of the cell to pressures without moments.
 
     Parameters
     ----------
-    curvature, stretch : [1/m], and of the silicone along the rod.
-    volume, stiffness : of each chamber per length [m²], and ∂²Π/∂u² [N m²]; at rest first, then at the
-        states.
+    curvature : curvature at each state [1/m].
+    stretch : stretch of the silicone along the rod at each state.
+    volume : volume of each chamber per length, at rest and then at the states [m²].
+    stiffness : ∂²Π/∂u², at rest and then at the states [N m²].
     """
 
     curvature: Float[np.ndarray, "n 3"]
@@ -334,7 +335,7 @@ class Bending:
 
 
 def cell_bending(states: xr.Dataset, compliance: float) -> Bending:
-    """The cell at the pressures of unloaded states, its ends giving by the compliance [m/N]."""
+    """Compute the cell at the pressures of unloaded states, with an end compliance [m/N]."""
     names, mesh = states["case"].values, truth_level(states)
     found: dict[int, CellState] = {}
     for name in dict.fromkeys(names):

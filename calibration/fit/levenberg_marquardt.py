@@ -39,7 +39,7 @@ _COMBINATIONS = 6.0
 _COMBINATIONS_NEAR = 3.5
 # First damping, relative to the mean diagonal of the normal matrix.
 _FIRST_DAMPING = 1e-2
-# Increases of the damping before the fit has converged.
+# Increases of the damping without a decrease of the loss after which the fit has converged.
 _TRIALS = 12
 _PATIENCE = 10  # iterations over which convergence is measured
 

@@ -1,4 +1,4 @@
-"""A real actuator's data: CSV, fit, intervals, report."""
+"""Fit of the law to measurements of a real actuator: CSV file, fit, intervals, report."""
 
 from calibration.measured.adjusted_law import NAMES as NAMES
 from calibration.measured.adjusted_law import AdjustedLaw as AdjustedLaw

@@ -1,4 +1,4 @@
-"""The shipped section law, adjusted to an actuator of one's own by ten numbers."""
+"""Section law adjusted to a measured actuator by ten parameters."""
 
 from dataclasses import replace
 from typing import Any, final
@@ -19,31 +19,31 @@ NAMES = (
     *(f"wall_variation_{k}" for k in (1, 2, 3)),
 )
 
-# Newton's method starts at the map's free curvature and doubles its digits: 1e-2, 1e-4, 1e-8, 1e-16.
+# Newton's method from the map's free curvature converges quadratically: 1e-2, 1e-4, 1e-8, 1e-16.
 _NEWTON_STEPS = 6
 
 
 @final
 class AdjustedLaw(SectionLaw):
-    """A map, softened or stiffened, with other pressures and other walls.
+    """A map (section law of the finite elements) with scaled stiffness, pressures and outer walls.
 
         Π(u, p) = s [ Π_map(u, g p + o) + ½ Σ_k w_k uᵀ W_k u ]
 
-    s is the stiffness scale: it multiplies the moment law, so that it shows under loads alone. g and o are
-    gain [-] and offset [Pa] of each chamber's pressure: of the sensor, and of how strongly the chamber bends
-    the rod. A softer silicone, all moduli times c, is s = c and g = 1/c. w is the wall variation: by which
-    part the outer wall of chamber k is stiffer than in the map, all else as there; for a wall of the same
-    silicone, by which part it is thicker. What a thicker wall does to its own chamber's drive is in the gain;
-    what it does when the others bend the rod is in w alone.
+    s is the stiffness scale. It multiplies the moment law, so that it has an effect under loads only. g and o
+    are gain [-] and offset [Pa] of each chamber's pressure, from the sensor and from the strength of the
+    chamber. A softer silicone, all moduli times c, has s = c and g = 1/c. w is the wall variation: the
+    relative excess stiffness of the outer wall of chamber k, or its relative excess thickness in the same
+    silicone. The effect of a thicker wall on its own chamber is part of the gain; its effect when other
+    chambers bend the rod is in w only.
 
-    Volumes are conjugate to the pressures as they are read, −∂Π/∂p. With offsets, the section is not straight
-    at zero pressure read. The map is extrapolated where g p + o is negative.
+    Volumes are conjugate to the pressure readings, −∂Π/∂p. With offsets, the section is not straight at a
+    reading of zero. The map is extrapolated where g p + o is negative.
 
     Attributes
     ----------
-    law : the map.
+    law : section law of the finite elements.
     parameters : s, g (three), o (three, [Pa]), w (three), in the order of `NAMES`.
-    wall : the outer wall that w counts in.
+    wall : outer wall to which w refers.
     """
 
     law: SectionLaw
@@ -55,7 +55,7 @@ class AdjustedLaw(SectionLaw):
 
         Parameters
         ----------
-        pressure : gauge pressure of each chamber, as read [Pa].
+        pressure : reading of each chamber's gauge pressure [Pa].
         """
         scale, gain, offset, variation = _parts(self.parameters)
         law = self.law.at(gain * pressure + offset)
@@ -97,28 +97,28 @@ class AdjustedCurvatureLaw(CurvatureLaw):
 
 
 def default_parameters() -> np.ndarray:
-    """Parameters of the map as it is: s = 1, g = 1, o = 0, w = 0."""
+    """Return the parameters of the unchanged map: s = 1, g = 1, o = 0, w = 0."""
     return np.array([1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 
 def adjustment_of(parameters: np.ndarray, wall: OuterWall | None = None) -> Adjustment:
-    """The parameters, in the order and units of `NAMES`, as `rodmodel.io` takes them."""
+    """Convert parameters, in the order and units of `NAMES`, for `rodmodel.io`."""
     scale, gain, offset, variation = _parts(np.asarray(parameters, np.float64))
     return Adjustment(float(scale), gain, offset, variation, OuterWall() if wall is None else wall)
 
 
 def adjusted_rod(rod: Rod, parameters: np.ndarray, wall: OuterWall | None = None) -> Rod:
-    """Rod of an actuator of one's own: the section adjusted, and the domain in pressures as they are read.
+    """Return the rod of a measured actuator, with adjusted section and a domain of pressure readings.
 
     Parameters
     ----------
-    rod : of the map, its law of whatever kind; see `rodmodel.io.adjusted` for calibrations.
+    rod : rod with a section law of any kind; see `rodmodel.io.adjusted` for calibrations.
     parameters : in the order and units of `NAMES` and [`AdjustedLaw`][].
-    wall : the outer wall that the wall variation counts in.
+    wall : outer wall to which the wall variation refers.
 
     Returns
     -------
-    rod : its `error_estimate` stays that of the map against the FEM.
+    rod : adjusted rod; its `error_estimate` is still that of the map against the FEM.
     """
     adjustment = adjustment_of(parameters, wall)
     law = AdjustedLaw(rod.section, jnp.asarray(parameters, float), adjustment.wall)

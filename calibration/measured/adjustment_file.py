@@ -1,4 +1,4 @@
-"""The calibration file of an actuator of one's own: a map and what its measurements say of it."""
+"""Calibration file of a measured actuator: a map with its adjustment."""
 
 from importlib.resources import files
 from pathlib import Path
@@ -15,24 +15,24 @@ from rodmodel.io import Found, OuterWall, adjusted
 def calibration_of_fit(
     found: Found, fit: MeasuredFit, wall: OuterWall, provenance: dict[str, Any]
 ) -> Calibration:
-    """Make the calibration; everything that takes calibrations takes it.
+    """Build the calibration of a measured actuator.
 
     Parameters
     ----------
-    found : the map that was adjusted.
-    fit : to the measurements.
-    wall : the outer wall that the wall variation counts in.
-    provenance : of the fit.
+    found : map that was adjusted.
+    fit : fit to the measurements.
+    wall : outer wall to which the wall variation refers.
+    provenance : provenance of the fit.
 
     Returns
     -------
-    calibration : its domain is in pressures as they are read, and ends where the law is not stable; its error
-        is of the measured states, each left out of the fit, and at least that of the map.
+    calibration : with a domain of pressure readings in which the law is stable, and an error from
+        leave-one-out residuals of the measured states, at least that of the map.
 
     Raises
     ------
     ValueError
-        Where the measurements say nothing of the bending angle, or no pressures are left inside the map.
+        If the measurements do not determine the bending angle, or no pressures are left inside the map.
     """
     measured, body = fit.repeats.measured, float(found.calibration.actuator.bending_length)
     figures = error_figures(angle_errors(fit.held_out, fit.angle, measured, body))
@@ -48,7 +48,7 @@ def calibration_of_fit(
 
 
 def file_of_map(found: Found, given: str | None) -> Path:
-    """The file of a map: the one that was given, or of those that ship the one that serves."""
+    """Return the file of a map: the given one, or the shipped one of its layout."""
     if given is not None:
         return Path(given)
     folder = Path(str(files("rodmodel"))) / "calibrations"

@@ -1,4 +1,4 @@
-"""Measurements of a real actuator: the CSV file, and all that can be wrong with it."""
+"""CSV file of measurements of a real actuator, with checks of all its faults."""
 
 import math
 from dataclasses import dataclass
@@ -16,25 +16,25 @@ FORCES = ("tip_force_x_n", "tip_force_y_n", "tip_force_z_n")
 GRAVITY = ("gravity_x_m_per_s2", "gravity_y_m_per_s2", "gravity_z_m_per_s2")
 OUTPUTS = (ANGLE, PLANE, *POSITIONS)
 _KNOWN = (*PRESSURES, *OUTPUTS, *FORCES, *GRAVITY)
-# What a file without names is taken to hold, by its number of columns.
+# Columns of a file without names, by their number.
 _WITHOUT_NAMES = {count: (*PRESSURES, *OUTPUTS)[:count] for count in (4, 5, 8)}
-# Pressures that are likely meant where a number is so many times what the map covers.
+# Likely unit of pressures, by the least ratio of the number to the map's largest pressure.
 _TOO_LARGE = ((200.0, "Pa, which are 0.001 kPa"), (4.0, "mbar, which are 0.1 kPa"))
 _LENIENT = "; --lenient passes it over"
 
 
 @dataclass(frozen=True)
 class Measured:
-    """Measurements in SI, one row each.
+    """Measurements in SI units, one per row.
 
     Attributes
     ----------
-    pressure : as read, (rows, 3) [Pa].
-    outputs : names of the columns that were measured, in the order of `values`.
-    values : (rows, outputs): angles [rad], positions [m].
-    tip_force, gravity : (rows, 3) [N], [m/s²], world frame; None where the file has none.
-    lines : of the file, one for each row.
-    passed_over : what was, in words.
+    pressure : pressure readings, (rows, 3) [Pa].
+    outputs : names of the measured columns, in the order of `values`.
+    values : measured angles [rad] and positions [m], (rows, outputs).
+    tip_force, gravity : loads in the world frame, (rows, 3) [N], [m/s²]; None if the file has none.
+    lines : line in the file of each row.
+    passed_over : descriptions of what was skipped.
     """
 
     pressure: np.ndarray
@@ -51,17 +51,17 @@ def read_measured(file: Path, domain: Domain, lenient: bool = False) -> Measured
 
     Parameters
     ----------
-    file : CSV with a line of names, which hold the units, and a line of numbers for each measurement. Empty
-        lines and lines that begin with # are passed over. Semicolons and tabs separate too, and then commas
-        are decimal; see `read_cells`.
-    domain : pressures that the map covers.
-    lenient : pass over columns of other names and rows with an empty cell, and take columns without names,
-        4, 5 or 8 of them, for the pressures and the first of angle, plane and tip.
+    file : CSV file with a line of names, which include the units, and a line of numbers for each
+        measurement. Empty lines and lines that begin with # are skipped. With semicolons or tabs as
+        separators, commas are decimal; see `read_cells`.
+    domain : domain of the map.
+    lenient : skip columns of other names and rows with an empty cell, and read 4, 5 or 8 columns without
+        names as the pressures and the first of angle, plane and tip.
 
     Raises
     ------
     MeasuredError
-        Names the file, the line, what came and what is expected.
+        With the file, the line, the value and what is expected.
     """
     cells = read_cells(file)
     line, names, rows, passed = _with_names(file, cells, lenient)
@@ -112,7 +112,7 @@ def read_measured(file: Path, domain: Domain, lenient: bool = False) -> Measured
 def _with_names(
     file: Path, cells: Cells, lenient: bool
 ) -> tuple[int, list[str], list[tuple[int, list[str]]], list[str]]:
-    """Line of the names, the names, the rows, and what was passed over."""
+    """Return the line of the names, the names, the rows, and what was skipped."""
     (line, first), *rest = cells.rows
     if not all(map(_is_number, filter(None, first))):
         return line, first, rest, []
@@ -129,13 +129,13 @@ def _with_names(
 
 
 def _check_names(file: Path, line: int, names: list[str]) -> None:
-    def refuse(came: str, expected: str) -> MeasuredError:
-        return MeasuredError(f"{file}: line {line}: got {came}, expected {expected}")
+    def refuse(got: str, expected: str) -> MeasuredError:
+        return MeasuredError(f"{file}: line {line}: got {got}, expected {expected}")
 
     for name in names:
         if name not in _KNOWN:
-            came = f"an unknown column {name!r}" if name else "a column without a name"
-            raise refuse(came, f"columns among {', '.join(_KNOWN)}{_LENIENT}")
+            got = f"an unknown column {name!r}" if name else "a column without a name"
+            raise refuse(got, f"columns among {', '.join(_KNOWN)}{_LENIENT}")
         if names.count(name) > 1:
             raise refuse(f"{names.count(name)} columns {name!r}", "one")
     for name in PRESSURES:
@@ -159,8 +159,8 @@ def _wrong_count(file: Path, line: int, row: list[str], expected: int, separator
 
 
 def _numbers(file: Path, line: int, names: list[str], row: list[str]) -> list[float]:
-    def refuse(what: str, came: str, expected: str) -> MeasuredError:
-        return MeasuredError(f"{file}: line {line}: {what}: got {came}, expected {expected}")
+    def refuse(column: str, got: str, expected: str) -> MeasuredError:
+        return MeasuredError(f"{file}: line {line}: {column}: got {got}, expected {expected}")
 
     numbers = []
     for name, cell in zip(names, row, strict=True):
@@ -176,16 +176,16 @@ def _numbers(file: Path, line: int, names: list[str], row: list[str]) -> list[fl
 
 
 def _check_pressures(file: Path, lines: list[int], kpa: np.ndarray, domain: Domain) -> None:
-    """Refuse pressures beyond the map [kPa], and guess their unit by the largest."""
+    """Refuse pressures [kPa] outside the domain, and guess their unit from the largest."""
     beyond = [line for line, row in zip(lines, 1e3 * kpa, strict=True) if not domain.covers_pressure(row)]
     if not beyond:
         return
     most = 1e-3 * np.array(domain.pressure_max)
-    times = float((kpa / most).max())
-    unit = next((f"; are they in {unit}?" for least, unit in _TOO_LARGE if times > least), "")
-    came, (first, second, third) = " ".join(f"{p:g}" for p in kpa[lines.index(beyond[0])]), most
+    ratio = float((kpa / most).max())
+    unit = next((f"; are they in {unit}?" for least, unit in _TOO_LARGE if ratio > least), "")
+    got, (first, second, third) = " ".join(f"{p:g}" for p in kpa[lines.index(beyond[0])]), most
     raise MeasuredError(
-        f"{file}: line {beyond[0]}: pressure: got {came} kPa, expected what the map covers: at most "
+        f"{file}: line {beyond[0]}: pressure: got {got} kPa, expected what the map covers: at most "
         f"{first:g}, {second:g}, {third:g} kPa in chambers 1, 2, 3 and {1e-3 * domain.pressure_sum_max:g} "
         f"kPa in sum{unit}"
     )

@@ -1,4 +1,4 @@
-"""What speaks against a fit to measurements: another actuator, other units, too few rows, a bad fit."""
+"""Doubts about a fit to measurements: another actuator, other units, too few rows, a poor fit."""
 
 import numpy as np
 
@@ -6,41 +6,49 @@ from calibration.measured.adjusted_law import NAMES
 from calibration.measured.csv_file import ANGLE, PLANE, POSITIONS, Measured
 from rodmodel import CoreRod, Rod
 
-# What a moulding or a sensor of the map's actuator may be; beyond, it is another one. Walls are left out: the
-# data hardly tell them.
+# Plausible range of each parameter for a moulding and sensor of the map's actuator, with unit and factor to
+# it. Wall variations are not restricted, because the data hardly determine them.
 _PLAUSIBLE = (
     (0.3, 3.0, "", 1.0),
     *((0.5, 2.0, "", 1.0),) * 3,
     *((-10e3, 10e3, " kPa", 1e-3),) * 3,
     *((-np.inf, np.inf, "", 1.0),) * 3,
 )
-# Factors of the pressure that are tried, and those that may be a moulding's.
-_FACTORS, _MOULDINGS = np.geomspace(1e-3, 2e3, 300), (0.5, 2.0)
+# Factors of the pressure that are tried.
+_FACTORS = np.geomspace(1e-3, 2e3, 300)
+# Range of factors for mouldings of the map's actuator.
+_MOULDINGS = (0.5, 2.0)
+# Units of pressure [kPa] and of length [mm].
 _PRESSURE_UNITS = {"MPa": 1e3, "bar": 100.0, "psi": 6.895, "mmHg": 0.1333, "mbar": 0.1, "Pa": 1e-3}
-_SAME_UNIT = 0.15  # by which a factor may be off that of a unit
 _LENGTH_UNITS = {"m": 1e3, "cm": 10.0, "inches": 25.4}
-# Root mean square of what is left over that of what was measured.
-_POORLY, _WELL = 0.2, 0.3
-# Outputs fitted worse than by the map: over the map's, and over the noise.
-_WORSE, _OVER_NOISE = 1.2, 2.0
+# Largest relative difference between a factor and a unit.
+_SAME_UNIT = 0.15
+# A fit is poor if its residuals exceed this fraction of the measured values (root mean square).
+_POORLY = 0.2
+# The map agrees with the data if its residuals are below this fraction.
+_WELL = 0.3
+# An output is fitted worse if its residuals exceed those of the map by this factor …
+_WORSE = 1.2
+# … and the noise by this one.
+_OVER_NOISE = 2.0
 _FEWEST_STATES = 3
-_NOTHING = 1e-12  # of a straight rod's bend
+_NOTHING = 1e-12  # guards a division by the bend of a straight rod
 
 
 def doubts_of_units(rod: CoreRod, measured: Measured) -> str | None:
-    """Say in seconds where data are not of the map's actuator, or in other units.
+    """Check within seconds whether data are of the map's actuator and in the right units.
 
-    How far the map bends at the pressures times one factor for all is held against how far was measured. A
-    moulding of the map's actuator bends as the map does at half to twice its pressures.
+    The map's bends at the pressures, scaled by one factor, are compared with the measured bends. A moulding
+    of the map's actuator fits at half to twice its pressures.
 
     Parameters
     ----------
-    rod : of the map, compiled.
-    measured : rows.
+    rod : compiled rod of the map.
+    measured : measurements.
 
     Returns
     -------
-    doubt : in words; None for none.
+    doubt : description; None without doubt.
     """
     factors = np.append(_FACTORS, 1.0)
     predicted, inside = _predicted(rod, measured, factors)
@@ -86,17 +94,17 @@ def doubts_of_fit(
     at_bound: list[int],
     outside: int,
 ) -> tuple[str, ...]:
-    """Say what speaks against a fit.
+    """Return the doubts about a fit.
 
     Parameters
     ----------
-    rod : of the map.
-    measured : the states.
-    parameters : found, in the order and units of `NAMES`.
-    residuals : of the map and adjusted, over the noise, (states, outputs).
+    rod : rod of the map.
+    measured : measured states.
+    parameters : fitted parameters, in the order and units of `NAMES`.
+    residuals : residuals of the map and of the adjusted law, over the noise, (states, outputs).
     weight : one over the noise, (states, outputs).
-    free, at_bound : parameters that were fitted, and those at their bounds, by number.
-    outside : states that lie beyond the map when adjusted.
+    free, at_bound : indices of the fitted parameters, and of those at their bounds.
+    outside : number of states that lie beyond the map when adjusted.
     """
     of_map, adjusted = residuals
     states = len(measured.lines)
@@ -109,7 +117,7 @@ def doubts_of_fit(
         least, most, unit, factor = _PLAUSIBLE[n]
         value = parameters[n]
         if n in at_bound:
-            found.append(f"{NAMES[n]} went to its bound, {factor * value:.3g}{unit}")
+            found.append(f"{NAMES[n]} is at its bound, {factor * value:.3g}{unit}")
         elif not least <= value <= most:
             found.append(
                 f"{NAMES[n]} is {factor * value:.3g}{unit}, expected {factor * least:g} to "
@@ -125,7 +133,7 @@ def doubts_of_fit(
     left = _share_left(measured, measured.values - adjusted / weight, float(length))
     if left > _POORLY:
         found.append(
-            f"what is left is {100.0 * left:.0f} % of what was measured, expected at most "
+            f"the residuals are {100.0 * left:.0f} % of the measured values, expected at most "
             f"{100.0 * _POORLY:.0f} %: other columns, or another actuator?"
         )
     return tuple(found)
@@ -136,7 +144,7 @@ def _counted(states: int) -> str:
 
 
 def _predicted(rod: CoreRod, measured: Measured, factors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Outputs (factors, rows, outputs) at pressures times factors; and which lie inside, (1, f, r)."""
+    """Return outputs (factors, rows, outputs) at scaled pressures, and which are valid, (1, f, r)."""
     pressure = factors[:, None, None] * measured.pressure
     given = {"pressure": pressure}
     for name, load in (("tip_force", measured.tip_force), ("gravity", measured.gravity)):
@@ -154,7 +162,7 @@ def _predicted(rod: CoreRod, measured: Measured, factors: np.ndarray) -> tuple[n
 
 
 def _sizes(outputs: tuple[str, ...], values: np.ndarray, length: float) -> np.ndarray:
-    """How far rows bend, from values (..., rows, outputs): by the angle [rad], by the tip's way over L."""
+    """Return the bend of each row: its angle [rad], and the tip's displacement over L, if measured."""
     found = []
     if ANGLE in outputs:
         found.append(values[..., outputs.index(ANGLE)])
@@ -165,14 +173,14 @@ def _sizes(outputs: tuple[str, ...], values: np.ndarray, length: float) -> np.nd
 
 
 def _tips(outputs: tuple[str, ...], values: np.ndarray, length: float) -> np.ndarray:
-    """Way of the tip from where it is at rest over the length, of the coordinates that were measured."""
+    """Return the tip's displacement from rest over the length, in the measured coordinates."""
     at_rest = dict(zip(POSITIONS, (0.0, 0.0, length), strict=True))
     ways = [(values[..., outputs.index(n)] - rest) / length for n, rest in at_rest.items() if n in outputs]
     return np.stack(ways, axis=-1) if ways else np.zeros((*values.shape[:-1], 0))
 
 
 def _share_left(measured: Measured, predicted: np.ndarray, length: float) -> float:
-    """Root mean square of what is left over that of what was measured, of bends and tips together."""
+    """Return the root mean square residual over that of the measured bends and tip displacements."""
 
     def bends(values: np.ndarray) -> np.ndarray:
         names, parts = measured.outputs, [_tips(measured.outputs, values, length)]
@@ -184,6 +192,6 @@ def _share_left(measured: Measured, predicted: np.ndarray, length: float) -> flo
             parts.append(size[:, None])
         return np.concatenate(parts, axis=1)
 
-    whole = bends(measured.values)
-    size = float(np.linalg.norm(whole))
-    return float(np.linalg.norm(whole - bends(predicted))) / max(size, _NOTHING)
+    values = bends(measured.values)
+    size = float(np.linalg.norm(values))
+    return float(np.linalg.norm(values - bends(predicted))) / max(size, _NOTHING)

@@ -19,39 +19,43 @@ from calibration.measured.states import Repeats, states_of
 from rodmodel import Rod
 from rodmodel.io import OuterWall
 
-# By how much each parameter may plausibly differ from its default: a fifth, and 2 kPa.
+# Plausible spread of each parameter about its default: a fifth, and 2 kPa for offsets.
 SPREAD = np.array([0.2] * 4 + [2e3] * 3 + [0.2] * 3)
-# Gains are held last: they say most of what differs from one actuator to the next; walls first.
+# Rank for holding parameters at their defaults: wall variations first, gains last, because they describe most
+# of the difference between actuators.
 _KEEP_FIRST = (1, 0, 0, 0, 2, 2, 2, 3, 3, 3)
+# Bounds of the parameters.
 LEAST = np.array([0.1] * 4 + [-50e3] * 3 + [-0.9] * 3)
 MOST = np.array([10.0] * 4 + [50e3] * 3 + [9.0] * 3)
+# Repetitions of the fit at most, with new noise or from a lower minimum.
 _REPEATS = 5
-# Noise estimated from data without any, of what is given: what the rod's own tolerance leaves is below it.
+# Lower bound of the estimated noise relative to the given one, above the tolerance of the rod's solver.
 _LEAST_NOISE = 1e-6
 
 
 class MeasuredFitError(RuntimeError):
-    """The fit cannot be done or has not converged; the message is one line."""
+    """Error for a fit that is impossible or has not converged; the message is one line."""
 
 
 @dataclass(frozen=True)
 class MeasuredFit:
-    """Parameters, and how sure they are.
+    """Fitted parameters with their uncertainty.
 
     Attributes
     ----------
-    parameters, standard_error : in the order and units of `NAMES`; the error of a held one is NaN.
-    interval : 95 %, (10, 2); infinite where the map does not reach so far, NaN where it was not looked for.
-    held : what the data do not tell.
-    noise_scale : what the given noise was multiplied by; 1 unless it was to be estimated.
-    chi_square : weighted squares over degrees of freedom, with the noise as given, of the map and adjusted.
-    of_map, adjusted : measured less predicted [rad, m], (states, outputs).
-    held_out : the same as `adjusted`, each state left out of the fit; see `held_out`.
-    angle : predicted bending angle, adjusted [rad].
-    weight : one over the noise of each measurement, as given, (states, outputs).
-    extrapolated : states whose adjusted pressures are above the map's domain.
-    repeats : the states, and the rows they are of.
-    doubts : why the adjusted map should not be used, each in words; none where nothing speaks against it.
+    parameters, standard_error : values in the order and units of `NAMES`; the error of a held parameter is
+        NaN.
+    interval : 95 % intervals, (10, 2); infinite beyond the map's domain, NaN if not computed.
+    held : parameters that the data do not determine.
+    noise_scale : factor of the given noise; 1 unless the noise was estimated.
+    chi_square : weighted squares over degrees of freedom with the given noise, of the map and adjusted.
+    of_map, adjusted : residuals of the map and of the adjusted law [rad, m], (states, outputs).
+    held_out : leave-one-out residuals of the adjusted law; see `held_out`.
+    angle : predicted bending angle of the adjusted law [rad].
+    weight : one over the given noise of each measurement, (states, outputs).
+    extrapolated : number of states whose adjusted pressures are outside the map's domain.
+    repeats : states, and the rows that belong to them.
+    doubts : reasons not to use the adjusted law; empty if there are none.
     """
 
     parameters: np.ndarray
@@ -76,23 +80,24 @@ def fit_measured(
     """Estimate the parameters of `AdjustedLaw` by weighted nonlinear least squares.
 
     Standard errors are those of the linearised model, from (JᵀJ)⁻¹ of the Jacobian over the noise. Intervals
-    are of the profile of the squares, as the law bends within them; see `profile_intervals`. What the data do
-    not tell is held at its default; see `identify`. Repeats of a state count as one measurement.
+    come from the profile of the squares, because the model is not linear within them; see
+    `profile_intervals`. Parameters that the data do not determine are held at their defaults; see `identify`.
+    Repeats of a state count as one measurement.
 
     Parameters
     ----------
-    rod : of the map.
-    measured : rows.
-    noise : of the measurements. Where it is to be estimated, its squares are multiplied by those of the
-        residuals over the degrees of freedom, and the intervals are those of Student's t.
-    wall : the outer wall that the wall variation counts in.
-    insist : look for the intervals of a fit that is in doubt too, which may take minutes.
+    rod : rod of the map.
+    measured : measurements.
+    noise : noise of the measurements. If it is to be estimated, its variance is scaled by the squared
+        residuals over the degrees of freedom, and intervals use Student's t.
+    wall : outer wall to which the wall variation refers.
+    insist : compute intervals also for a doubtful fit, which may take minutes.
 
     Raises
     ------
     MeasuredFitError
-        Where the map has no equilibrium for a row, too few rows are left to estimate the noise, or the fit
-        does not converge.
+        If the map has no equilibrium for a row, there are too few rows to estimate the noise, or the fit does
+        not converge.
     """
     repeats = states_of(measured)
     residuals = Residuals(rod, repeats.measured, noise, OuterWall() if wall is None else wall)
@@ -112,14 +117,14 @@ def fit_measured(
             found.interval[:] = _intervals(residuals, estimate)
             return found
         except LowerMinimumError as lower:
-            # A profile bounds its own parameter only.
+            # A profile clips its own parameter only.
             start = np.clip(_parameters(estimate.free, lower.parameters), LEAST, MOST)
-    raise MeasuredFitError("least squares have more minima than were searched: the data hardly tell")
+    raise MeasuredFitError("least squares: found ever lower minima; the data hardly determine the parameters")
 
 
 @dataclass(frozen=True)
 class _Estimate:
-    """A minimum of the squares; `rise` of them at the ends of 95 % intervals, `free` parameters by number."""
+    """Minimum of the squares, with `free` parameters by index and the `rise` at the ends of intervals."""
 
     parameters: np.ndarray
     standard_error: np.ndarray
@@ -132,7 +137,7 @@ class _Estimate:
 
 
 def _estimate(residuals: Residuals, slopes: np.ndarray, noise: Noise, start: np.ndarray) -> _Estimate:
-    """Least squares over what the slopes at the default tell, with the noise as given or estimated."""
+    """Minimise over the parameters that the data determine, with given or estimated noise."""
     scale, free_before = 1.0, None
     for _ in range(_REPEATS):
         free, held = identify(slopes / scale, NAMES, SPREAD, _KEEP_FIRST)
@@ -158,7 +163,7 @@ def _estimate(residuals: Residuals, slopes: np.ndarray, noise: Noise, start: np.
 
 
 def _result(residuals: Residuals, estimate: _Estimate, of_map: np.ndarray, repeats: Repeats) -> MeasuredFit:
-    """What was found, without intervals, and what speaks against it."""
+    """Return the fit without intervals, with its doubts."""
     found, free = estimate.parameters, estimate.free
     adjusted, slopes = residuals(found)
     outside = int(np.sum(~residuals.inside(found)))
@@ -191,7 +196,7 @@ def _result(residuals: Residuals, estimate: _Estimate, of_map: np.ndarray, repea
 
 
 def _minimise(residuals: Residuals, free: list[int], start: np.ndarray) -> tuple[np.ndarray, list[int]]:
-    """Least squares over free parameters from a start, the others at their default; which are at bounds."""
+    """Minimise over the free parameters; return all parameters, and the indices of those at bounds."""
     if not free:
         return default_parameters(), []
     ended = least_squares(
@@ -213,7 +218,7 @@ def _minimise(residuals: Residuals, free: list[int], start: np.ndarray) -> tuple
 
 
 def _intervals(residuals: Residuals, estimate: _Estimate) -> np.ndarray:
-    """Where the squares, least over the other free parameters, have risen, (10, 2); NaN of held ones."""
+    """Return the profile intervals of the parameters, (10, 2); NaN for held ones."""
     free, interval = estimate.free, np.full((len(NAMES), 2), np.nan)
     if free:
         found, least, most = (_scaled(free, p) for p in (estimate.parameters, LEAST, MOST))
@@ -223,18 +228,18 @@ def _intervals(residuals: Residuals, estimate: _Estimate) -> np.ndarray:
 
 
 def _over_spread(residuals: Residuals, free: list[int], x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Residuals (n,) and slopes (n, free) at free parameters over their spread."""
+    """Return residuals (n,) and slopes (n, free) at scaled free parameters, see `_scaled`."""
     residual, slopes = residuals(_parameters(free, x))
     return residual.ravel(), slopes[:, free] * SPREAD[free]
 
 
 def _scaled(free: list[int], parameters: np.ndarray) -> np.ndarray:
-    """Free parameters as differences from their default over their spread."""
+    """Return the free parameters as differences from their defaults over their spreads."""
     return ((parameters - default_parameters()) / SPREAD)[free]
 
 
 def _parameters(free: list[int], x: np.ndarray) -> np.ndarray:
-    """All parameters, of which the free ones are given by `_scaled`."""
+    """Return all parameters from scaled free ones: the inverse of `_scaled`."""
     parameters = default_parameters()
     parameters[free] += SPREAD[free] * x
     return parameters

@@ -1,4 +1,4 @@
-"""How far an adjusted rod is off states that its fit has not seen, without fitting it anew for each."""
+"""Leave-one-out errors of an adjusted rod, without new fits."""
 
 import math
 
@@ -8,21 +8,21 @@ from calibration.measured.csv_file import ANGLE, POSITIONS, Measured
 
 
 def held_out(residuals: np.ndarray, slopes: np.ndarray, noise_scale: float) -> np.ndarray:
-    """Residuals of each state, left out of the fit.
+    """Return the leave-one-out residuals of each state.
 
-    Of the model that is linear about the minimum, the residuals of a state that is left out are (1 − H)⁻¹ of
-    those of the fit with it, with H = J (JᵀJ + σ²)⁻¹ Jᵀ of the state's rows: σ² keeps a parameter that only
-    that state tells near what it may plausibly be, one spread about its default.
+    In the model linearised at the minimum, the residuals of a left-out state are (1 − H)⁻¹ times those of the
+    full fit, with the leverage H = J (JᵀJ + σ²)⁻¹ Jᵀ of the state's rows. σ² is a prior of one spread about
+    the defaults, for parameters that only this state determines.
 
     Parameters
     ----------
-    residuals : over their noise, (states, outputs).
-    slopes : of these, by parameters over their plausible spread, (states · outputs, free).
-    noise_scale : σ, what the noise is to be multiplied by.
+    residuals : residuals over their noise, (states, outputs).
+    slopes : derivatives of these by parameters over their spreads, (states · outputs, free).
+    noise_scale : factor σ of the noise.
 
     Returns
     -------
-    residuals : (states, outputs), over their noise.
+    residuals : leave-one-out residuals over their noise, (states, outputs).
 
     References
     ----------
@@ -38,22 +38,22 @@ def held_out(residuals: np.ndarray, slopes: np.ndarray, noise_scale: float) -> n
 
 
 def angle_errors(held_out: np.ndarray, angle: np.ndarray, measured: Measured, length: float) -> np.ndarray:
-    """Errors of the bending angle of states left out of the fit, (states,) [rad]; measured, or by the tip.
+    """Return leave-one-out errors of the bending angle, (states,) [rad], from the angle or else from the tip.
 
-    Where only the tip was measured, its error is taken for that of an arc's angle: a tip of an arc of the
-    length L moves by L |d(e^{iθ} − 1)/(iθ)|/dθ for each radian.
+    If only the tip was measured, its error is converted to the angle of an arc: the tip of an arc of length L
+    moves by L |d(e^{iθ} − 1)/(iθ)|/dθ per radian.
 
     Parameters
     ----------
-    held_out : residuals of `held_out` in units [rad, m].
+    held_out : leave-one-out residuals [rad, m].
     angle : predicted bending angle [rad].
-    measured : the states.
-    length : of the body that bends [m].
+    measured : measured states.
+    length : length of the bending body [m].
 
     Raises
     ------
     ValueError
-        Where neither the angle nor all three coordinates of the tip were measured.
+        If neither the angle nor all three coordinates of the tip were measured.
     """
     names = measured.outputs
     if ANGLE in names:
@@ -67,7 +67,7 @@ def angle_errors(held_out: np.ndarray, angle: np.ndarray, measured: Measured, le
 
 
 def error_figures(errors: np.ndarray) -> dict[str, float | int]:
-    """Median, 90 % bound and worst of some errors, as calibration files have them."""
+    """Return median, 90th percentile, worst and root mean square of errors for calibration files."""
     return {
         "median": float(np.median(errors)),
         "p90": float(np.percentile(errors, 90, method="higher")),

@@ -1,8 +1,8 @@
-"""Intervals of fitted parameters from the profile of the sum of squares, for models that are not linear.
+"""Profile-likelihood intervals of fitted parameters, for nonlinear models.
 
-Standard errors of the linearised model are too small where the model bends within them. The profile of one
-parameter, the least sum of squares at each of its values, rises by the square of the wanted quantile at the
-ends of its interval; a change of parameters does not move them.
+Standard errors of the linearised model are too small where the model is nonlinear within them. The profile
+of a parameter is the least sum of squares at each of its values. It rises by the square of the quantile at
+the ends of the interval, which do not depend on the parametrisation.
 
 Bates and Watts (1988), Nonlinear regression analysis and its applications, section 6.1.
 """
@@ -13,18 +13,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-_TRIALS = 12
-_STEPS = 20
-_CLOSE = 0.02  # of the half width, at which an end of an interval is found
-_SETTLED = 1e-3  # decrease still to come, of the squares' rise to the end of an interval
-_LOWER = 1e-2  # of that rise: below the minimum by more than rounding and what was still to come
+_TRIALS = 12  # values tried for one end of an interval
+_STEPS = 20  # Gauss–Newton steps for one value
+_CLOSE = 0.02  # tolerance of an end, relative to the half width
+_CONVERGED = 1e-3  # expected decrease of the squares at convergence, relative to the rise
+_LOWER = 1e-2  # decrease below the minimum, relative to the rise, that shows another minimum
 
 #: Residuals (m,), NaN where there are none, and their slopes (m, n) at parameters (n,).
 Residuals = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 class LowerMinimumError(ValueError):
-    """The squares are less elsewhere than at what was given as their minimum: near `parameters` (n,)."""
+    """Error for a local minimum: the squares are lower near `parameters` (n,)."""
 
     def __init__(self, parameters: np.ndarray) -> None:
         super().__init__(f"found: got a local minimum of the squares, which are less at {parameters}")
@@ -34,24 +34,24 @@ class LowerMinimumError(ValueError):
 def profile_intervals(
     residuals: Residuals, found: np.ndarray, rise: float, least: np.ndarray, most: np.ndarray
 ) -> np.ndarray:
-    """Find where the profile of each parameter has risen.
+    """Find the ends of each parameter's interval, where its profile has risen.
 
     Parameters
     ----------
-    residuals : over their noise; parameters of like size serve best.
-    found : the minimum (n,).
-    rise : of the sum of squares, at the ends.
+    residuals : residuals over their noise; parameters should be of similar size.
+    found : minimum (n,).
+    rise : rise of the sum of squares at the ends.
     least, most : bounds of the parameters (n,).
 
     Returns
     -------
-    ends (n, 2), to a fiftieth of the half width: the bound where the rise is not reached inside it, infinite
-    where the profile cannot be followed so far.
+    ends : intervals (n, 2), to a fiftieth of the half width; the bound if the rise is not reached before it,
+        infinite if the profile cannot be followed so far.
 
     Raises
     ------
     LowerMinimumError
-        Where a profile leads to less squares than at `found`.
+        If a profile leads to a lower sum of squares than at `found`.
     """
     residual, slopes = residuals(found)
     profile = _Profile(residuals, found, float(residual @ residual), np.linalg.pinv(slopes.T @ slopes), rise)
@@ -68,9 +68,9 @@ class _Profile:
     rise: float
 
     def end(self, n: int, sign: float, bound: float) -> float:
-        """Value of parameter `n` on one side of the minimum at which the squares have risen."""
+        """Return the value of parameter `n` at which the squares have risen, on one side."""
         width = abs(bound - self.found[n])
-        # Of the linearised model: the parameter's own way, and how the others follow.
+        # Change of the other parameters along the profile of the linearised model.
         follow = self.covariance[n] / self.covariance[n, n]
         reach = min(math.sqrt(self.rise * self.covariance[n, n]), width)
         start, good, bad = self.found + sign * reach * follow, (0.0, 0.0), math.inf
@@ -96,7 +96,7 @@ class _Profile:
         return sign * math.inf
 
     def _minimise(self, start: np.ndarray, n: int) -> tuple[float, np.ndarray]:
-        """Least rise of the squares with parameter `n` as it is; infinite where there is no way to it."""
+        """Return the least rise of the squares at fixed parameter `n`, and where; infinite if not found."""
         others = [k for k in range(len(start)) if k != n]
         here, step, damping = start.copy(), np.zeros(len(start)), 1.0
         best = math.inf
@@ -111,6 +111,6 @@ class _Profile:
             here, best, damping = here + damping * step, squares, 1.0
             by = slopes[:, others]
             step[others] = -np.linalg.lstsq(by, residual, rcond=None)[0]
-            if float(np.sum((by @ step[others]) ** 2)) < _SETTLED * self.rise:
+            if float(np.sum((by @ step[others]) ** 2)) < _CONVERGED * self.rise:
                 return best - self.smallest, here
         return math.inf, here

@@ -1,4 +1,4 @@
-"""What a fit to measurements found: a record, a table and a picture of the residuals."""
+"""Report of a fit to measurements: record, table and plot of the residuals."""
 
 import math
 from pathlib import Path
@@ -14,12 +14,12 @@ from calibration.measured.states import unit_of
 from calibration.report import DOTS_PER_INCH
 from rodmodel.io import atomic_part
 
-# For people: unit and factor to it.
+# Unit of each parameter in reports, and the factor to it.
 _UNITS = tuple(("kPa", 1e-3) if "offset" in name else ("", 1.0) for name in NAMES)
 
 
 def fit_record(fit: MeasuredFit) -> dict[str, Any]:
-    """Parameters, what is held and why, residuals and doubts, as a JSON object; offsets in kPa."""
+    """Return parameters, held ones with the reason, residuals and doubts for JSON; offsets in kPa."""
     measured = fit.repeats.measured
     held = {h.name: h for h in fit.held}
     parameters = []
@@ -63,7 +63,7 @@ def fit_record(fit: MeasuredFit) -> dict[str, Any]:
 
 
 def fit_text(fit: MeasuredFit) -> str:
-    """Result for people."""
+    """Return the fit as a table."""
     measured = fit.repeats.measured
     held = {h.name for h in fit.held}
     lines = [f"{'parameter':26s} {'value':>9s} {'std error':>10s}   95 % interval"]
@@ -76,7 +76,7 @@ def fit_text(fit: MeasuredFit) -> str:
         error = factor * fit.standard_error[n]
         low, high = factor * fit.interval[n]
         if math.isnan(low):
-            lines.append(f"{label:26s} {value:9.4f} {error:10.4f}   not looked for")
+            lines.append(f"{label:26s} {value:9.4f} {error:10.4f}   not computed")
             continue
         changed = " *" if not low <= factor * default_parameters()[n] <= high else ""
         lines.append(f"{label:26s} {value:9.4f} {error:10.4f}   {low:.4f} to {high:.4f}{changed}")
@@ -102,8 +102,8 @@ def fit_text(fit: MeasuredFit) -> str:
             for name, size in zip(measured.outputs, fit.repeats.scatter, strict=True)
         )
         lines.append(
-            f"{fit.repeats.rows} rows are of {len(measured.lines)} states, each counted once; one scatters "
-            f"about its state's mean by {scatter}"
+            f"{fit.repeats.rows} rows of {len(measured.lines)} states, each counted once; standard deviation "
+            f"about a state's mean: {scatter}"
         )
     if fit.extrapolated:
         lines.append(f"{fit.extrapolated} of {len(measured.lines)} states lie beyond the map when adjusted")
@@ -111,7 +111,7 @@ def fit_text(fit: MeasuredFit) -> str:
 
 
 def write_residual_plot(fit: MeasuredFit, file: Path) -> None:
-    """Write the picture of [`residual_plot`][]."""
+    """Write the plot of [`residual_plot`][]."""
     figure = residual_plot(fit)
     with atomic_part(file) as part:
         figure.savefig(part, dpi=DOTS_PER_INCH, format=file.suffix.lower().removeprefix("."))
@@ -119,7 +119,7 @@ def write_residual_plot(fit: MeasuredFit, file: Path) -> None:
 
 
 def residual_plot(fit: MeasuredFit) -> Figure:
-    """Measured less predicted over the bending angle, map and adjusted, on the band of the noise."""
+    """Plot the residuals of map and adjusted law over the bending angle, on the band of the noise."""
     measured = fit.repeats.measured
     count = len(measured.outputs)
     columns = min(count, 3)

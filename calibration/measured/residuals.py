@@ -1,4 +1,4 @@
-"""Measured less predicted of the adjusted law, over the noise, and its slopes."""
+"""Residuals of the adjusted law over the noise, and their derivatives."""
 
 import math
 from dataclasses import dataclass, replace
@@ -18,10 +18,10 @@ from rodmodel.io import OuterWall, scaled_ends
 
 @dataclass(frozen=True)
 class Noise:
-    """Standard deviation of angles [rad] and of each coordinate [m]; or only their ratio, if to be estimated.
+    """Standard deviation of angles [rad] and of coordinates [m]; only their ratio, if it is estimated.
 
-    A bending plane is as uncertain as the tip's direction, so that its own noise is that of the angles over
-    the sine of the bending angle: a rod that hardly bends has no plane.
+    The noise of a bending plane is that of angles over the sine of the bending angle, as for the tip's
+    direction: a rod that hardly bends has no plane.
     """
 
     angle: float = math.radians(1.0)
@@ -30,7 +30,7 @@ class Noise:
 
 
 class Residuals:
-    """Measured less predicted over the noise, and its slope, at any parameters."""
+    """Residuals over the noise (measured − predicted) and their derivatives, at any parameters."""
 
     def __init__(self, rod: Rod, measured: Measured, noise: Noise, wall: OuterWall) -> None:
         self.rod = rod
@@ -40,15 +40,15 @@ class Residuals:
         self._last: tuple[bytes, np.ndarray, np.ndarray] | None = None
         self._planes = np.array([name == PLANE for name in measured.outputs])
         angle = self.angle(default_parameters())
-        # Of the map's prediction, not of the measurement: weights that share its noise would bias the fit. A
-        # thousandth stands for zero, where a plane says nothing.
+        # From the map's prediction: weights with the noise of the measurement would bias the fit. The lower
+        # bound avoids a zero weight for straight rods.
         sine = np.maximum(np.abs(np.sin(angle)), 1e-3)
         one = {ANGLE: np.full_like(angle, 1.0 / noise.angle), PLANE: sine / noise.angle}
         place = np.full_like(angle, 1.0 / noise.position)
         self.weight = np.stack([one.get(name, place) for name in measured.outputs], axis=1)
 
     def __call__(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Residuals (rows, outputs), NaN without an equilibrium, and slopes (residuals, parameters)."""
+        """Return residuals (rows, outputs), NaN without equilibrium, and slopes (residuals, parameters)."""
         outputs, slopes = self._evaluate(parameters)
         off = self.measured.values - outputs[:, self._columns]
         off = np.where(self._planes, np.mod(off + math.pi, 2.0 * math.pi) - math.pi, off)
@@ -56,16 +56,16 @@ class Residuals:
         return self.weight * off, by.reshape(-1, len(NAMES))
 
     def angle(self, parameters: np.ndarray) -> np.ndarray:
-        """Bending angle of each row [rad]."""
+        """Return the bending angle of each row [rad]."""
         return self._evaluate(parameters)[0][:, 0]
 
     def inside(self, parameters: np.ndarray) -> np.ndarray:
-        """Whether the adjusted pressures of each row are in the map's domain."""
-        seen = parameters[1:4] * self.measured.pressure + parameters[4:7]
-        return np.array([bool(self.rod.domain.covers_pressure(p)) for p in seen])
+        """Return whether the adjusted pressures of each row are in the map's domain."""
+        adjusted = parameters[1:4] * self.measured.pressure + parameters[4:7]
+        return np.array([bool(self.rod.domain.covers_pressure(p)) for p in adjusted])
 
     def _evaluate(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        # Least squares asks for residuals and slopes apart, at the same place.
+        # Cached: least squares calls for residuals and slopes separately.
         here = parameters.tobytes()
         if self._last is None or self._last[0] != here:
             rows = (self.measured.pressure, self.measured.tip_force, self.measured.gravity)
@@ -78,7 +78,7 @@ class Residuals:
 def _outputs_and_slopes(
     rod: Rod, wall: OuterWall, parameters: Float[Array, "10"], rows: tuple[Any, ...]
 ) -> tuple[Float[Array, "rows 5"], Float[Array, "rows 5 10"]]:
-    """Angle, plane and tip position of each row, and their derivatives by the parameters."""
+    """Return angle, plane and tip position of each row, and their derivatives by the parameters."""
 
     def predict(parameters: Float[Array, "10"], row: tuple[Any, ...]) -> tuple[Array, Array]:
         pressure, force, gravity = row

@@ -1,4 +1,4 @@
-"""Measurements of one state that were repeated: one row, and what the repeats scatter by."""
+"""Mean and scatter of repeated measurements of the same state."""
 
 from dataclasses import dataclass, replace
 
@@ -6,21 +6,24 @@ import numpy as np
 
 from calibration.measured.csv_file import PLANE, POSITIONS, Measured
 
-# Within which pressures are the same: what a regulator holds, and a hundredth of what moves the tip by 1 mm
-# times ten [Pa]. Of forces [N] and gravity [m/s²].
-_SAME_PRESSURE, _SAME_FORCE, _SAME_GRAVITY = 50.0, 1e-3, 0.05
+# Largest difference of equal pressures [Pa]: the accuracy of a regulator.
+_SAME_PRESSURE = 50.0
+# Largest difference of equal forces [N].
+_SAME_FORCE = 1e-3
+# Largest difference of equal gravity [m/s²].
+_SAME_GRAVITY = 0.05
 
 
 @dataclass(frozen=True)
 class Repeats:
-    """Rows of measured states.
+    """Measured states with their repeats.
 
     Attributes
     ----------
-    measured : one row for each state, the mean of its repeats; its line is that of the first of them.
-    rows : of the file.
-    scatter : standard deviation of one measurement about its state's mean, (outputs,) [rad, m]; NaN where no
-        state was repeated.
+    measured : one row per state, the mean of its repeats, with the line of the first one.
+    rows : number of rows in the file.
+    scatter : standard deviation of a measurement about its state's mean, (outputs,) [rad, m]; NaN without
+        repeats.
     """
 
     measured: Measured
@@ -29,10 +32,10 @@ class Repeats:
 
 
 def states_of(measured: Measured) -> Repeats:
-    """Gather the rows of the same pressures and loads.
+    """Group the rows by equal pressures and loads.
 
-    Repeats share what is wrong with a measurement of their state, the pressure's reading and the moulding
-    alike, and a row copied twice tells nothing: they count as one measurement, their mean.
+    Repeats share systematic errors, as of the pressure reading and the moulding, so their mean counts as one
+    measurement.
     """
     loads = [(measured.pressure, _SAME_PRESSURE)]
     loads += [
@@ -54,8 +57,8 @@ def states_of(measured: Measured) -> Repeats:
     degrees = len(values) - len(groups)
     scatter = np.sqrt(np.sum(off**2, axis=0) / degrees) if degrees else np.full(values.shape[1], np.nan)
 
-    def means(of: np.ndarray | None) -> np.ndarray | None:
-        return None if of is None else np.stack([of[group].mean(axis=0) for group in groups])
+    def means(rows: np.ndarray | None) -> np.ndarray | None:
+        return None if rows is None else np.stack([rows[group].mean(axis=0) for group in groups])
 
     pressure = means(measured.pressure)
     assert pressure is not None
@@ -71,7 +74,7 @@ def states_of(measured: Measured) -> Repeats:
 
 
 def _level(measured: Measured, groups: list[list[int]]) -> np.ndarray:
-    """Values with the planes of a state on one branch, so that 359° and 1° have a mean of 0°."""
+    """Return values with a state's planes on one branch, so that the mean of 359° and 1° is 0°."""
     values = measured.values.copy()
     if PLANE in measured.outputs:
         column = measured.outputs.index(PLANE)
@@ -83,5 +86,5 @@ def _level(measured: Measured, groups: list[list[int]]) -> np.ndarray:
 
 
 def unit_of(output: str) -> tuple[str, float]:
-    """Unit of an output for people, and the factor to it from SI."""
+    """Return the unit of an output in reports, and the factor to it from SI."""
     return ("mm", 1e3) if output in POSITIONS else ("deg", 180.0 / np.pi)

@@ -1,4 +1,4 @@
-"""The text of a file of measurements as cells: encodings, separators and decimal commas of spreadsheets."""
+"""Cells of a text file of measurements, for the encodings, separators and decimal commas of spreadsheets."""
 
 import csv
 import io
@@ -12,17 +12,17 @@ _BYTE_ORDER_MARKS = (b"\xff\xfe", b"\xfe\xff")
 
 
 class MeasuredError(ValueError):
-    """A file of measurements that cannot be used; the message is one line with the line's number."""
+    """Error for an invalid file of measurements; the message is one line with the line number."""
 
 
 @dataclass(frozen=True)
 class Cells:
-    """Lines that are not empty and not remarks: their numbers in the file and their cells; columns alike.
+    """Cells of the lines that are neither empty nor comments, with their line numbers.
 
     Attributes
     ----------
-    separator : between cells, as it was found.
-    rows : line and cells, decimal commas made points where the separator is none.
+    separator : separator between cells.
+    rows : line number and cells; decimal commas are points unless the separator is a comma.
     """
 
     separator: str
@@ -32,18 +32,18 @@ class Cells:
 def read_cells(file: Path) -> Cells:
     """Read the cells of a text file that a spreadsheet or a program wrote.
 
-    The separator is a semicolon, a tab or a comma: the first of these that the first line with names has.
-    With semicolons and tabs, a comma between digits is a decimal comma, as in files of German Excel. Columns
-    that are empty from top to bottom, as spreadsheets append them, are left out.
+    The separator is a semicolon, a tab or a comma: the first of these in the line of names. With semicolons
+    and tabs, a comma between digits is a decimal comma, as in files of German Excel. Trailing empty columns,
+    as spreadsheets append them, are left out.
 
     Parameters
     ----------
-    file : in UTF-8, UTF-16 with its mark, or the Western code page of Windows.
+    file : text in UTF-8, UTF-16 with byte order mark, or Windows code page 1252.
 
     Raises
     ------
     MeasuredError
-        Where it cannot be read, or has no line.
+        If it cannot be read, or is empty.
     """
     try:
         content = file.read_bytes()
@@ -56,13 +56,13 @@ def read_cells(file: Path) -> Cells:
     except UnicodeDecodeError as error:
         raise MeasuredError(f"{file}: got {error}, expected a CSV file in UTF-8") from error
     lines = text.splitlines()
-    told = next((line[4] for line in lines[:1] if line.lower().startswith("sep=") and len(line) == 5), None)
-    if told is not None:
-        lines[0] = ""
-    of_names = next(
-        (line for line in lines if line.strip() and not line.lstrip().startswith(("#", '"#'))), ""
+    declared = next(
+        (line[4] for line in lines[:1] if line.lower().startswith("sep=") and len(line) == 5), None
     )
-    separator = told or next((mark for mark in _SEPARATORS if mark in of_names), ",")
+    if declared is not None:
+        lines[0] = ""
+    header = next((line for line in lines if line.strip() and not line.lstrip().startswith(("#", '"#'))), "")
+    separator = declared or next((mark for mark in _SEPARATORS if mark in header), ",")
     try:
         reader = csv.reader(io.StringIO("\n".join(lines)), delimiter=separator)
         rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader]
@@ -85,7 +85,7 @@ def _decoded(content: bytes) -> str:
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        # Of Windows' programs; it has names for nearly all bytes, so it comes last.
+        # Tried last, because it accepts nearly all bytes.
         return content.decode("cp1252")
 
 

@@ -1,4 +1,4 @@
-"""Tables and plots of laws and their errors."""
+"""Tables and plots of the errors of laws and rods."""
 
 from calibration.report.all_layouts import MapReport as MapReport
 from calibration.report.all_layouts import report_map as report_map

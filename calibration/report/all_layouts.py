@@ -1,4 +1,4 @@
-"""All laws that ship and all windings of the truth, in two tables: map against cell, rod against actuator."""
+"""Tables of all shipped laws against the cell, and of their rods against the full actuator."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -15,13 +15,13 @@ from rodmodel import Calibration, Layout
 
 @dataclass(frozen=True)
 class MapReport:
-    """A law against the cell.
+    """Errors of a law against the cell.
 
     Parameters
     ----------
-    calibration : of the law.
-    error : held-out figures of `calibration.fit.held_out_error.figures`.
-    recomputed : from the dataset that the law was fitted to; else they are those that its file states.
+    calibration : calibration of the law.
+    error : held-out errors from `calibration.fit.held_out_error.figures`.
+    recomputed : whether the errors come from the law's dataset instead of its file.
     """
 
     calibration: Calibration
@@ -30,12 +30,12 @@ class MapReport:
 
 
 def datasets_by_checksum(directory: Path) -> dict[str, Path]:
-    """All netCDF files of a directory, by what calibration files know their dataset by.
+    """Return all netCDF files of a directory, by the checksums that calibration files contain.
 
     Raises
     ------
     DatasetError
-        Where there is none.
+        If there is none.
     """
     found = {sha256(file): file for file in sorted(directory.glob("*.nc"))}
     if not found:
@@ -44,13 +44,13 @@ def datasets_by_checksum(directory: Path) -> dict[str, Path]:
 
 
 def report_map(calibration: Calibration, datasets: Mapping[str, Path], figures: Path | None) -> MapReport:
-    """Held-out figures of a law, and pictures where its dataset is there.
+    """Return the held-out errors of a law, and draw plots if its dataset is available.
 
     Parameters
     ----------
-    calibration : of the law.
-    datasets : of `datasets_by_checksum`.
-    figures : directory for the law's own directory of pictures, or None for no pictures.
+    calibration : calibration of the law.
+    datasets : files from `datasets_by_checksum`.
+    figures : directory for a subdirectory of the law's plots, or None for no plots.
     """
     file = datasets.get(calibration.provenance.get("dataset_sha256", ""))
     if file is None:
@@ -63,7 +63,7 @@ def report_map(calibration: Calibration, datasets: Mapping[str, Path], figures: 
 
 
 def report_rods(verdict: Verdict, role: str = "judge") -> dict[str, dict[str, Any]]:
-    """Figures of a role's runs for each winding that has a rod, by its title, and ``all`` of them."""
+    """Return the errors of a role's runs, by the title of each winding with a rod, and for ``all``."""
     titles = {name: title(layout_of(case_of(name).winding)) for name in dict.fromkeys(verdict.case)}
     found = {}
     for winding in dict.fromkeys(titles.values()):
@@ -74,7 +74,7 @@ def report_rods(verdict: Verdict, role: str = "judge") -> dict[str, dict[str, An
 
 
 def title(layout: Layout) -> str:
-    """Winding layout for people, as in "double-helix, pitch 3 mm, ψ = 0°"."""
+    """Return the title of a layout, such as "double-helix, pitch 3 mm, ψ = 0°"."""
     parts = [layout.name, f"pitch {1e3 * layout.pitch:g} mm"]
     if layout.name == "double-helix":
         parts.append("any ψ" if layout.psi is None else f"ψ = {math.degrees(layout.psi):g}°")
@@ -82,7 +82,7 @@ def title(layout: Layout) -> str:
 
 
 def markdown(maps: Sequence[MapReport], rods: Mapping[str, Mapping[str, Any]]) -> str:
-    """Both tables, for people."""
+    """Return both tables in Markdown."""
     lines = [
         "# Errors of maps and rods",
         "",
@@ -144,8 +144,8 @@ def markdown(maps: Sequence[MapReport], rods: Mapping[str, Mapping[str, Any]]) -
     return "\n".join(lines) + "\n"
 
 
-def _counts(of: Mapping[str, Any]) -> str:
-    return f"{of['states']}, {of['paths']}" if "states" in of and "paths" in of else "—"
+def _counts(row: Mapping[str, Any]) -> str:
+    return f"{row['states']}, {row['paths']}" if "states" in row and "paths" in row else "—"
 
 
 def _three(row: Mapping[str, Any] | None, factor: float) -> str:

@@ -1,11 +1,11 @@
-"""Held-out figures of a calibration as a table for people."""
+"""Markdown table of a calibration's held-out errors."""
 
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-# key in the calibration's "error", what it is, unit shown, factor to it
+# key in the calibration's "error", name, unit, factor to it
 _ROWS = (
     ("free_bending_angle_rad", "free-bending angle", "deg", np.rad2deg(1.0)),
     ("free_bending_vector_rad", "free-bending angle and plane", "deg", np.rad2deg(1.0)),
@@ -17,11 +17,11 @@ _ROWS = (
 
 
 def error_table(error: Mapping[str, Any]) -> str:
-    """Errors as a markdown table: median, 95th percentile, worst, range, and where the worst is.
+    """Return median, 95th percentile, worst, range, and load of the worst as a Markdown table.
 
     Parameters
     ----------
-    error : of `calibration.fit.held_out_error.figures`.
+    error : held-out errors from `calibration.fit.held_out_error.figures`.
     """
     lines = [
         f"{error['states']} held-out states on {error['paths']} paths; angles over the body's length.",

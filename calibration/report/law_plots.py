@@ -1,4 +1,4 @@
-"""Figures of a calibration against the states it was made from."""
+"""Plots of a law against the states of its dataset."""
 
 from pathlib import Path
 
@@ -19,14 +19,15 @@ DOTS_PER_INCH = 130
 def write_figures(
     directory: Path, law: AnyLaw, everything: Samples, held_out: Samples, off: Deviations, length: float
 ) -> list[Path]:
-    """Write all figures as PNG; angles against pressure only of a law of one orientation.
+    """Write all plots as PNG; angles against pressure only for a law of one orientation.
 
     Parameters
     ----------
-    directory : made if missing.
-    law : fitted.
-    everything, held_out : states inside the domain; `off` belongs to the held-out ones.
-    length : of the body whose bending angle counts [m].
+    directory : directory for the plots; created if missing.
+    law : fitted law.
+    everything, held_out : all states inside the domain, and the held-out ones.
+    off : deviations at the held-out states.
+    length : body length for the bending angle [m].
     """
     directory.mkdir(parents=True, exist_ok=True)
     drawn = {
@@ -44,7 +45,7 @@ def write_figures(
 
 
 def angle_against_pressure(law: SectionLaw, samples: Samples, length: float) -> Figure:
-    """Bending angle and volume of each chamber alone: the cell's states on the law's curve."""
+    """Plot bending angle and volume over the pressure of each single chamber, law and cell."""
     figure, (angles, volumes) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
     free = np.linalg.norm(samples.moment, axis=1) <= NO_MOMENT
     for k in range(3):
@@ -77,7 +78,7 @@ def angle_against_pressure(law: SectionLaw, samples: Samples, length: float) -> 
 
 
 def parity(held_out: Samples, off: Deviations, length: float) -> Figure:
-    """The law's angle, twist and volume against the cell's, held-out states."""
+    """Plot the law's angle, twist and volume against the cell's, at held-out states."""
     figure, axes = plt.subplots(1, 3, figsize=(13, 4.2), layout="constrained")
     twist = np.rad2deg(length)
     for axis, cell, law, name in (
@@ -104,7 +105,7 @@ def parity(held_out: Samples, off: Deviations, length: float) -> Figure:
 
 
 def error_over_states(held_out: Samples, off: Deviations, length: float) -> Figure:
-    """Errors of bending vector and volume over pressure and bending angle, held-out states."""
+    """Plot errors of bending vector and volume over pressure and bending angle, at held-out states."""
     figure, axes = plt.subplots(1, 2, figsize=(11, 4.5), layout="constrained")
     volume = 100.0 * np.abs(off.volume).max(axis=1) / np.ptp(held_out.volume)
     for axis, error, name in (
@@ -125,10 +126,10 @@ def error_over_states(held_out: Samples, off: Deviations, length: float) -> Figu
 
 
 def moment_curvature(held_out: Samples, off: Deviations, length: float) -> Figure:
-    """Along each held-out path with a moment: the moment over the bend and the twist, both axes of bending.
+    """Plot the moment over bend and twist along held-out paths with a moment.
 
-    Pressures rise along a path while the moment goes from one random value to the next, so that curves turn
-    back: what counts is whether line and dots go together.
+    Pressures rise along a path while the moment moves between random values, so that curves turn back: line
+    and dots should agree.
     """
     figure, axes = plt.subplots(1, 3, figsize=(13, 4.4), layout="constrained")
     moved = np.linalg.norm(held_out.moment, axis=1) > NO_MOMENT

@@ -1,4 +1,4 @@
-"""Held-out figures of a law, and its plots."""
+"""Held-out errors of a law, and its plots."""
 
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from rodmodel import Domain
 def judge(
     law: AnyLaw, dataset: xr.Dataset, domain: Domain, length: float, figures_in: Path | None
 ) -> dict[str, Any]:
-    """Held-out figures of a law, and the figures for people if a directory is given."""
+    """Return the held-out errors of a law, and write plots if ``figures_in`` is a directory."""
     held_out = prepare(dataset, domain, length).held_out
     if figures_in is not None:
         samples = loading_samples(dataset)

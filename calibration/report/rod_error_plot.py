@@ -1,4 +1,4 @@
-"""Picture of the rods' errors on the runs of the full actuator."""
+"""Plot of the rods' errors on the runs of the full actuator."""
 
 from pathlib import Path
 
@@ -11,12 +11,12 @@ from rodmodel.io import atomic_part
 
 
 def write_truth_figure(verdict: Verdict, file: Path) -> None:
-    """Errors of tip and θ over θ, judge runs: without loads by the number of chambers, and with loads.
+    """Plot errors of tip and θ over θ for judge runs, by the number of pressurised chambers and loads.
 
     Parameters
     ----------
-    verdict : of `calibration.truth.compare_rods.compare_with_truth`.
-    file : PNG to write; its directory is made if missing.
+    verdict : result of `calibration.truth.compare_rods.compare_with_truth`.
+    file : PNG file; its directory is created if missing.
     """
     judged = verdict.judged & (verdict.role == "judge")
     driven = (verdict.pressure > 0.0).sum(axis=1)
@@ -36,7 +36,7 @@ def write_truth_figure(verdict: Verdict, file: Path) -> None:
     angles.plot(angle[rows], np.rad2deg(verdict.stated[rows]), "k_", ms=7, label="stated 90 % bound")
     tips.set(xlabel="bending angle of the full actuator [deg]", ylabel="tip, off by [% of length]")
     angles.set(xlabel="bending angle of the full actuator [deg]", ylabel="bending angle, off by [deg]")
-    # Room for the legend, which otherwise covers states.
+    # Margin for the legend, which would cover states.
     angles.margins(y=0.12)
     tips.legend()
     angles.legend(loc="upper right")

@@ -1,4 +1,4 @@
-"""Candidates for the section law side by side: held-out error against evaluation time."""
+"""Comparison of candidate section laws: held-out error and evaluation time."""
 
 import statistics
 import time
@@ -23,7 +23,7 @@ REPEATS = 2000
 
 @dataclass(frozen=True)
 class Row:
-    """One candidate: its size, held-out figures (of `held_out_error.figures`) and evaluation times [s]."""
+    """Size, held-out errors (from `held_out_error.figures`) and evaluation times [s] of a candidate."""
 
     name: str
     parameters: int
@@ -43,16 +43,17 @@ def compare(
     seed: int,
     watch: Callable[[str, int, float], None],
 ) -> list[Row]:
-    """Fit the other candidates to the same training states, and judge all on the same held-out ones.
+    """Fit the other candidates to the same training states, and compare all at the same held-out ones.
 
     Parameters
     ----------
-    shipped : the network of ridges, already fitted.
-    train, held_out : states; `metric` and `scales` are those of the training states.
-    length : of the body whose bending angle counts [m].
-    iterations : of the network's training.
-    seed : of the network.
-    watch : is told of the progress.
+    shipped : fitted network of ridges.
+    train, held_out : training and held-out states.
+    metric, scales : metric of the training states, and scales of the laws.
+    length : body length for the bending angle [m].
+    iterations : iterations of the network's training.
+    seed : seed of the network.
+    watch : callback for the progress.
     """
     laws: list[tuple[str, SectionLaw]] = []
     for degree in DEGREES:
@@ -82,7 +83,7 @@ def _row(name: str, law: SectionLaw, held_out: Samples, length: float) -> Row:
 
 
 def _per_curvature(at: Any, curvature: jax.Array, batch: int = 1000) -> float:
-    """Moment and stiffness at one curvature, the pressures contracted before, in a batch as along a rod."""
+    """Return the time for moment and stiffness at one curvature, at fixed pressures, in a batch."""
     states = curvature * jnp.linspace(0.5, 1.0, batch)[:, None]
     both = eqx.filter_jit(lambda at, u: jax.vmap(lambda u: (at.moment(u), at.stiffness(u)))(u))
     return _median_seconds(lambda u: both(at, u), states, REPEATS // 20) / batch
@@ -99,7 +100,7 @@ def _median_seconds(function: Callable[..., Any], argument: jax.Array, repeats: 
 
 
 def markdown(rows: Sequence[Row]) -> str:
-    """The comparison as a table; median / 95th percentile / worst of each error."""
+    """Return the comparison as a table, with median / 95th percentile / worst of each error."""
     lines = [
         "| law | parameters | moment [N mm] | free-bending angle over 60 mm [deg] | loaded angle [deg] "
         "| volume [% of range] | moment + stiffness [ns] | free curvature [µs] |",
@@ -128,7 +129,7 @@ def _three(figure: dict[str, Any], unit: float, form: str) -> str:
 def compare_candidates(
     law: SectionLaw, dataset: xr.Dataset, domain: Domain, length: float, iterations: int, seed: int
 ) -> str:
-    """Table of the law against other forms of it, all trained on the same states."""
+    """Return a table of the law and other forms of it, all trained on the same states."""
     material = prepare(dataset, domain, length)
     with progress_bar(iterations, "iterations") as advance:
         rows = compare(

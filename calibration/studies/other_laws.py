@@ -1,7 +1,7 @@
-"""Other forms of the section potential, for the comparison only: a polynomial and a plain network in (u, p).
+"""Other forms of the section potential, for comparison only: a polynomial and a plain network in (u, p).
 
-Both are mirror symmetric and vanish at rest, with their slope by curvature, as the shipped law does; and like
-it they are contracted once with the pressures.
+Like the shipped law, both are mirror-symmetric, vanish at rest together with their moment, and are contracted
+once with the pressures.
 """
 
 import abc
@@ -19,12 +19,12 @@ from jaxtyping import Float
 from calibration.fit import HESSIAN_WEIGHT, Metric, Samples, Scales
 from rodmodel import CurvatureLaw, SectionLaw
 
-_MIRROR = np.array([-1.0, 1.0, -1.0])  # of the curvatures
-_SWAP = np.array([0, 2, 1])  # of the chambers
+_MIRROR = np.array([-1.0, 1.0, -1.0])  # mirror image of a curvature
+_SWAP = np.array([0, 2, 1])  # chambers of the mirror image
 
 
 class _Candidate(SectionLaw):
-    """A law whose free curvature is looked for only where it is asked for."""
+    """Law whose free curvature is computed only on demand."""
 
     def contracted(self, pressure: Float[Array, "3"]) -> Any:
         """See `rodmodel.SectionLaw.contracted`."""
@@ -32,16 +32,16 @@ class _Candidate(SectionLaw):
 
 
 class _Contracted(CurvatureLaw):
-    """A potential at one pressure, its slopes by differentiation."""
+    """Potential at one pressure, differentiated automatically."""
 
     @abc.abstractmethod
     def energy(self, curvature: Float[Array, "3"]) -> Float[Array, ""]:
         """Potential Π [J/m]."""
 
-    # An abstract variable of Equinox may be a property, which a type checker does not know.
+    # A property may implement an abstract variable of Equinox; a type checker does not know this.
     @property  # type: ignore[misc]
     def free_curvature(self) -> Float[Array, "3"]:  # type: ignore[override]
-        """Root of the moment, by Newton from the straight section."""
+        """Root of the moment, by Newton's method from the straight section."""
         unit = jnp.trace(self.stiffness(jnp.zeros(3))) / 3.0
         solver: optx.Newton = optx.Newton(rtol=1e-8, atol=1e-8)
         return optx.root_find(lambda u, _: self.moment(u) / unit, solver, jnp.zeros(3), throw=False).value
@@ -86,7 +86,7 @@ class PolynomialInCurvature(_Contracted):
 
 @final
 class NetworkLaw(_Candidate):
-    """Tanh network of scaled (u, p) with one output, made mirror symmetric and flat at rest."""
+    """Tanh network of scaled (u, p) with one output, mirror-symmetric and with zero moment at rest."""
 
     layers: eqx.nn.MLP
     curvature_scale: float = eqx.field(static=True)
@@ -116,7 +116,7 @@ class NetworkInCurvature(_Contracted):
         u = curvature / self.law.curvature_scale
         here, there, rest = self.offsets
         output = 0.5 * (self._output(u, here) + self._output(u * _MIRROR, there))
-        # Of the slope at rest only the part along u2 survives the mirror; it and the value are taken off.
+        # The value at rest and the slope are subtracted; by mirror symmetry only the slope by u2 is left.
         value, slope = jax.value_and_grad(self._output)(jnp.zeros(3), rest)
         return self.law.energy_scale * (output - value - slope[1] * u[1]) + self.constant
 
@@ -129,7 +129,7 @@ class NetworkInCurvature(_Contracted):
 
 
 def network_law(scales: Scales, seed: int, hidden: int = 24) -> NetworkLaw:
-    """A 6–hidden–hidden–1 network before training."""
+    """Return an untrained 6–hidden–hidden–1 network."""
     layers = eqx.nn.MLP(6, 1, hidden, 2, activation=jnp.tanh, key=jax.random.PRNGKey(seed))
     return NetworkLaw(layers, scales.curvature, scales.pressure, scales.energy, scales.rest_volume)
 
@@ -140,7 +140,7 @@ def _bias(layer: eqx.nn.Linear) -> Array:
 
 
 def fit_polynomial(samples: Samples, metric: Metric, scales: Scales, degree: int) -> PolynomialLaw:
-    """Linear least squares of the same residuals that train the other laws."""
+    """Fit a polynomial by linear least squares to the residuals of the other laws."""
     indices = _exponents(degree)
     terms = [
         (i, j)
@@ -149,8 +149,8 @@ def fit_polynomial(samples: Samples, metric: Metric, scales: Scales, degree: int
     ]
     exponents = np.array([(*indices[i], *indices[j]) for i, j in terms])
     mirrored = {tuple(e): n for n, e in enumerate(exponents.tolist())}
-    # A pair of mirror images is one unknown, with the sign of its parity; odd terms that are their own image
-    # go.
+    # A pair of mirror images is one unknown with the sign of its parity; odd terms that are their own image
+    # vanish.
     image = np.array([mirrored[(a, b, c, p, r, q)] for a, b, c, p, q, r in exponents.tolist()])
     parity = (-1.0) ** (exponents[:, 0] + exponents[:, 2])
     kept = np.flatnonzero((image > np.arange(len(image))) | ((image == np.arange(len(image))) & (parity > 0)))
@@ -177,7 +177,7 @@ def fit_polynomial(samples: Samples, metric: Metric, scales: Scales, degree: int
             np.einsum("nij,nj->ni", weight, samples.gradient[rows]).reshape(-1, 1),
             np.einsum("nij,njm,m->nim", weight, samples.hessian[rows], near).reshape(-1, 1),
         ]
-        # QR chunk by chunk: the whole matrix would not fit, and normal equations would square its condition.
+        # QR in chunks: the full matrix is too large, and normal equations would square the condition number.
         stacked = np.vstack([triangle, np.hstack([np.vstack(left), np.vstack(right)])])
         triangle = np.asarray(np.linalg.qr(stacked, mode="r"))
     scale = np.linalg.norm(triangle[:, :-1], axis=0)
@@ -200,7 +200,7 @@ def _monomials(x: Array, degree: int) -> Array:
 
 
 def _slopes(y: np.ndarray, exponents: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First (n, 6, terms) and second (n, 6, 6, terms) derivatives of monomials."""
+    """Return first (n, 6, terms) and second (n, 6, 6, terms) derivatives of monomials."""
 
     def term(orders: np.ndarray) -> np.ndarray:
         result = np.ones((len(y), len(exponents)))

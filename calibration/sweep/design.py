@@ -1,10 +1,10 @@
 """Design of experiments: loading paths for continuation, whose states a calibration samples.
 
 Every path starts at the unloaded section, in steps small enough for the cell solver. Pressures only rise
-along it: beyond buckling of the partition walls the cell has several branches, and the law is for loading. Paths
-and their roles (``train`` or ``held-out``) are drawn from a seed before anything is computed; held-out paths
-have their own random stream, so that more training paths do not change them. Kinds are interleaved: any
-leading part of a design is a balanced, smaller design.
+along it: beyond buckling of the partition walls the cell has several branches, and the law is for loading.
+Paths and their roles (``train`` or ``held-out``) are drawn from a seed before anything is computed; held-out
+paths have their own random stream, so that more training paths do not change them. Kinds are interleaved:
+any leading part of a design is a balanced, smaller design.
 """
 
 from collections.abc import Iterator, Sequence

@@ -1,4 +1,4 @@
-"""States of the full actuator, and rods against them."""
+"""Runs of the full actuator, and the comparison of rods with them."""
 
 from calibration.truth.cases import TruthCase as TruthCase
 from calibration.truth.cases import cases as cases

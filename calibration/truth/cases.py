@@ -1,9 +1,9 @@
-"""The runs of the full actuator that rods are compared with, and which of them a fit may see.
+"""Runs of the full actuator for the comparison with rods, and their roles.
 
-Roles were given before anything was fitted: ``fit`` runs calibrate the end zones, ``judge`` runs judge the
-rod. No load of one role is a load of the other on the same winding. Some came later, as fit runs, after the
-judge runs had shown where the rod errs most: the pair 2+3, two unequal pairs and six triples, two runs at a
-pitch of 6 mm, and two of six helices. Pairs at other orientations came last, as judge runs.
+Roles were assigned before any fit: ``fit`` runs calibrate the ends, ``judge`` runs are held out. On one
+winding no load has both roles. After the judge runs had shown where the rod has its largest errors, fit runs
+were added: the pair 2+3, two unequal pairs and six triples, two runs at a pitch of 6 mm, and two of six
+helices. Pairs at other orientations were added last, as judge runs.
 """
 
 import math
@@ -19,7 +19,7 @@ Role = Literal["fit", "judge"]
 GRAVITY = 9.81
 _EACH: tuple[Triple, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _PAIRS: dict[str, Triple] = {"12": (1.0, 1.0, 0.0), "23": (0.0, 1.0, 1.0), "31": (1.0, 0.0, 1.0)}
-# Shares of pressures, those of 45 kPa within the laws' domain; a mirror image would say the same again.
+# Pressure shares, within the laws' domain at 45 kPa; mirror images would be redundant.
 _MIXTURES: tuple[Triple, ...] = (
     (0.2, 1.0, 1.0),
     (1.0, 0.6, 0.6),
@@ -34,16 +34,16 @@ _MIXTURES: tuple[Triple, ...] = (
 
 @dataclass(frozen=True)
 class TruthCase:
-    """A path of loads on one winding, from rest.
+    """Path of loads on one winding, from rest.
 
     Parameters
     ----------
-    name : of the run and its directory.
+    name : name of the run and its directory.
     role : ``fit`` or ``judge``.
     winding : layout of the thread.
-    loads : one after another; each is a state of the truth.
-    symmetric : whether the body keeps its plane of symmetry: one that is free to may leave it above 50 kPa,
-        and below that takes twice as long to find the same.
+    loads : loads in order, each of a state of the truth.
+    symmetric : whether to impose mirror symmetry. A free body may leave its plane above 50 kPa, and takes
+        twice the time below.
     """
 
     name: str
@@ -53,7 +53,7 @@ class TruthCase:
     symmetric: bool = False
 
 
-# Cases with chambers 2 and 3 alike, and a winding that is its own mirror image.
+# Cases with equal pressures in chambers 2 and 3, and a mirror-symmetric winding.
 _SYMMETRIC = (
     *("chamber1-fit", "pair23-fit", "mixture-0.2-1-1-fit", "mixture-1-0.6-0.6-fit"),
     *("chamber1", "pair23", "pitch2-chamber1", "pitch4-chamber1"),
@@ -62,10 +62,10 @@ _SYMMETRIC = (
 
 
 def cases() -> tuple[TruthCase, ...]:
-    """Return all of them."""
+    """Return all cases."""
     zero = layout("double-helix")
     named: list[tuple[str, Role, Winding, tuple[ActuatorLoad, ...]]] = [
-        # What the end zones are calibrated on.
+        # Calibration of the ends.
         ("chamber1-fit", "fit", zero, _ramp((1.0, 0.0, 0.0), (10, 20, 30, 40, 50))),
         ("chamber2-fit", "fit", zero, _ramp((0.0, 1.0, 0.0), (10, 20, 30, 40, 50))),
         ("pair12-fit", "fit", zero, _ramp((1.0, 1.0, 0.0), (10, 20, 30, 40))),
@@ -81,7 +81,7 @@ def cases() -> tuple[TruthCase, ...]:
             for first, second, third in _MIXTURES
         ),
         ("force-fit", "fit", zero, _loaded((20.0, 0.0, 0.0), [((0.0, 0.03, 0.0), (0.0, 0.0, -GRAVITY))])),
-        # Single chambers, up to where walls snap and beyond, and pairs past a half turn.
+        # Single chambers to beyond the snap of walls, and pairs beyond a half turn.
         ("chamber1", "judge", zero, _ramp((1.0, 0.0, 0.0), (5, 15, 25, 35, 45, 55, 60, 65, 70))),
         ("chamber2", "judge", zero, _ramp((0.0, 1.0, 0.0), (5, 15, 25, 35, 45, 55, 60, 65, 70))),
         ("chamber3", "judge", zero, _ramp((0.0, 0.0, 1.0), (5, 15, 25, 35, 45, 55, 60, 65, 70))),
@@ -106,7 +106,7 @@ def cases() -> tuple[TruthCase, ...]:
             named.append((f"psi{psi:g}-pair{pair}", "judge", winding, _ramp(both, (15, 30, 45, 50))))
     wide = layout("double-helix", 0.0, 6e-3)
     named += [
-        # The ends that hold a pitch of 3 mm hold one of 6 mm too much.
+        # The ends fitted at a pitch of 3 mm are too stiff for 6 mm.
         ("pitch6-chamber2-fit", "fit", wide, _ramp((0.0, 1.0, 0.0), (10, 20, 30, 40, 50))),
         ("pitch6-pair12-fit", "fit", wide, _ramp((1.0, 1.0, 0.0), (10, 20, 30, 40))),
     ]
@@ -122,7 +122,7 @@ def cases() -> tuple[TruthCase, ...]:
         named.append((f"{name}-pair12", "judge", layout(name), _ramp((1.0, 1.0, 0.0), (15, 30, 45, 50))))
     six = layout("six-helix")
     named += [
-        # Nor do they hold six helices as they hold two.
+        # Six helices need ends of their own too.
         ("six-helix-chamber1-fit", "fit", six, _ramp((1.0, 0.0, 0.0), (10, 20, 40, 50))),
         ("six-helix-pair12-fit", "fit", six, _ramp((1.0, 1.0, 0.0), (10, 20, 35, 42))),
     ]
@@ -135,17 +135,17 @@ def _pascals(kpa: Sequence[float]) -> Triple:
 
 
 def _ramp(way: Sequence[float], levels_kpa: Sequence[int]) -> tuple[ActuatorLoad, ...]:
-    """Pressures in fixed proportion."""
+    """Return pressures in fixed proportion."""
     return tuple(ActuatorLoad(_pascals([level * w for w in way])) for level in levels_kpa)
 
 
 def _loaded(kpa: Sequence[float], loads: Sequence[tuple[Triple, Triple]]) -> tuple[ActuatorLoad, ...]:
-    """A pressure, then tip forces [N] and gravity [m/s²] on top of it."""
+    """Return tip forces [N] and gravity [m/s²] at one pressure."""
     return tuple(ActuatorLoad(_pascals(kpa), tip_force=force, gravity=gravity) for force, gravity in loads)
 
 
 def _forces(gravity: Triple) -> list[tuple[Triple, Triple]]:
-    """No force, one along x, one along y, and one between all axes."""
+    """Return no force, one along x, one along y, and an oblique one."""
     return [
         ((0.0, 0.0, 0.0), gravity),
         ((0.03, 0.0, 0.0), gravity),
@@ -155,6 +155,6 @@ def _forces(gravity: Triple) -> list[tuple[Triple, Triple]]:
 
 
 def layout_of(winding: Winding) -> Layout:
-    """Name, orientation and pitch of a winding; rings have a pitch of twice their spacing."""
+    """Return name, orientation and pitch of a winding; the pitch of rings is twice their spacing."""
     pitch = getattr(winding, "pitch", None) or 2.0 * getattr(winding, "spacing", math.nan)
     return Layout(winding.name, getattr(winding, "psi", 0.0), pitch)

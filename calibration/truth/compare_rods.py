@@ -1,4 +1,4 @@
-"""The rod against runs of the full actuator, state by state."""
+"""Comparison of rods with runs of the full actuator, state by state."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -16,28 +16,28 @@ from calibration.truth.cases import layout_of
 from calibration.truth.dataset import case_of
 from rodmodel import CalibrationNotFoundError, FixedStep, Rod, load
 
-# Agrees with the adaptive solver to 4e-6 of the length on random cases.
+# Agrees with the adaptive solver within 4e-6 of the length in random cases.
 _SOLVER = FixedStep(64)
-#: Bending angles up to which θ is judged [rad].
+#: Errors of θ count up to this bending angle [rad].
 ANGLE_JUDGED = np.deg2rad(150.0)
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """States of the truth that a rod can be asked for, and how far it is from each.
+    """Errors of rods at the states of the truth.
 
     Parameters
     ----------
-    case, role, pressure : of each state; pressures [Pa].
-    loaded : whether it carries a tip force or gravity.
-    judged : inside the rod's domain, and on the loading branch; other states are left out of the figures.
+    case, role, pressure : case, role and pressures [Pa] of each state.
+    loaded : whether the state has a tip force or gravity.
+    judged : whether the state is inside the rod's domain and on the loading branch, and so counts.
     angle : θ of the truth [rad].
-    tip : distance of the tips over the body's length.
-    angle_error, plane_error : of θ and γ [rad]; γ's is that of the tip's place over its distance from the
-        axis, and not a number for a straight actuator.
-    response : error of the tip's way under a tip force, from the run's state without it, over that way; not a
-        number for states without a tip force.
-    volume : error of each chamber's volume [m³]; stated : the rod's own 90 % bound of θ [rad].
+    tip : distance of the tips relative to the body's length.
+    angle_error, plane_error : errors of θ and γ [rad]; the error of γ is NaN for a nearly straight actuator.
+    response : error of the tip's displacement by a tip force, relative to that displacement; NaN without a
+        tip force.
+    volume : error of each chamber's volume [m³].
+    stated : the rod's own 90 % bound of θ [rad].
     """
 
     case: np.ndarray
@@ -57,7 +57,7 @@ class Verdict:
 def compare_with_truth(truth: xr.Dataset) -> Verdict:
     """Solve the rods of the shipped calibrations under the loads of the truth.
 
-    A winding without a calibration has no judged state.
+    Windings without a calibration have no judged states.
     """
     count = truth.sizes["state"]
     names = truth["case"].values
@@ -103,7 +103,7 @@ def compare_with_truth(truth: xr.Dataset) -> Verdict:
 
 
 def _response(truth: xr.Dataset, tip: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " n"]:
-    """Error of the way that a tip force takes the tip, at the pressures and the gravity of another state."""
+    """Return the relative error of the tip's displacement from the state without the tip force."""
     names, force, theirs = (truth[key].values for key in ("case", "tip_force", "tip_position"))
     rest = np.concatenate([truth[key].values for key in ("pressure", "gravity")], axis=1)
     response = np.full(len(names), np.nan)
@@ -132,7 +132,7 @@ def _solve(
     return {key: np.asarray(value) for key, value in rows.items()}
 
 
-# The rod is an argument, so that all layouts whose laws are of one size are compiled once.
+# The rod is an argument, so that layouts with laws of equal size share one compilation.
 @eqx.filter_jit
 def _solved(
     rod: Rod, pressure: jax.Array, force: jax.Array, gravity: jax.Array, with_loads: bool
@@ -154,20 +154,21 @@ def _solved(
 
 
 def judgement(verdict: Verdict, role: str, cases: Collection[str] | None = None) -> dict[str, Any]:
-    """Figures of a role's judged states, of some cases or all: median, 95th percentile, worst and where.
+    """Return median, 95th percentile and worst errors of a role's judged states, for some cases or all.
 
-    ``tip_percent`` of the body's length and ``angle_deg`` up to 150°, without and with loads; ``plane_deg``;
-    ``response_percent`` of the way that a tip force takes the tip; ``volume_mm3`` of the worst chamber;
-    ``stated_bound_share`` : of states whose θ is within the rod's own bound.
+    ``tip_percent`` is relative to the body's length, and ``angle_deg`` counts up to 150°; both without and
+    with loads. ``plane_deg`` is the error of the bending plane, ``response_percent`` that of the tip's
+    displacement by a tip force, ``volume_mm3`` that of the worst chamber, and ``stated_bound_share`` the
+    fraction of states whose θ is within the rod's own bound.
     """
-    asked = verdict.role == role
+    selected = verdict.role == role
     if cases is not None:
-        asked &= np.isin(verdict.case.astype(str), list(cases))
-    chosen = verdict.judged & asked
+        selected &= np.isin(verdict.case.astype(str), list(cases))
+    chosen = verdict.judged & selected
     upright = verdict.angle <= ANGLE_JUDGED
     volume = np.abs(verdict.volume).max(axis=1)
     result: dict[str, Any] = {
-        "states": int(asked.sum()),
+        "states": int(selected.sum()),
         "judged": int(chosen.sum()),
         "cases": sorted(set(verdict.case[chosen])),
     }

@@ -1,4 +1,4 @@
-"""Runs of the full actuator: traced case by case, then gathered into the dataset that judges rods."""
+"""Runs of the full actuator, traced case by case and gathered into a dataset for comparison with rods."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -49,22 +49,22 @@ _VARIABLES: tuple[tuple[str, str, tuple[str, ...], str, float, float], ...] = (
     ("jumped", "jumped", (), "1", 1.0, 1.0),
 )
 _LENGTHS = {"chamber": 3, "axis": 3, "row": 3, "column": 3}
-# Of each case's files: what was run, and by which command.
+# Schemas of each case's files: the run, and its provenance.
 _RUN_KEYS: dict[str, Kind] = {"role": Text(), "winding": Text()}
 _NOTE_KEYS: dict[str, Kind] = {"command": Text(), "code_version": Text(), "date": Text()}
-#: Stations along the rod at which its axis is kept [m].
+#: Stations along the rod at which its axis is stored [m].
 STATIONS = np.linspace(0.0, 60e-3, 13)
 
-#: From where to where along the rod the curvature is that of the middle [m], two diameters from either end.
+#: Range along the rod over which curvatures of the middle are averaged [m], two diameters from either end.
 MIDDLE = (24e-3, 36e-3)
 
 
 class TruthError(ValueError):
-    """No such case, or nothing to gather."""
+    """Error for an unknown case, or runs or a dataset that cannot be used."""
 
 
 def case_of(name: str) -> TruthCase:
-    """Return the case of that name, or raise a `TruthError` that lists them."""
+    """Return the case of a name, or raise a `TruthError` that lists all names."""
     known = {case.name: case for case in cases()}
     if name not in known:
         raise TruthError(f"case: got {name!r}, expected one of {', '.join(known)}")
@@ -72,21 +72,21 @@ def case_of(name: str) -> TruthCase:
 
 
 def trace(case: TruthCase, directory: Path, level: str | MeshLevel, command: str) -> Iterator[ActuatorState]:
-    """Follow a case's loads, every state on disk as soon as it is found; a killed run goes on.
+    """Follow a case's loads, with every state on disk as soon as it is computed; a killed run resumes.
 
     Parameters
     ----------
-    case : to follow.
-    directory : of all runs; the case's own is in it.
+    case : case to follow.
+    directory : directory of all runs, which contains that of the case.
     level : mesh level of the actuator.
-    command : that repeats it, for the provenance.
+    command : command that repeats the run, for the provenance.
 
     Raises
     ------
     ActuatorError
-        When a load is not reached; what was found before is kept.
+        If a load is not reached; the states before it are saved.
     RunError
-        Where the directory holds another run of that name.
+        If the directory holds another run of that name.
     """
     actuator = Actuator(winding=case.winding, level=level, symmetric=case.symmetric)
     description = {
@@ -100,18 +100,18 @@ def trace(case: TruthCase, directory: Path, level: str | MeshLevel, command: str
     run = ActuatorRun(directory / case.name, description)
     note = directory / case.name / "provenance.json"
     if not note.exists():
-        told = {"command": command, "code_version": code_version(), "date": today()}
-        write_atomically(note, json.dumps(told))
+        provenance = {"command": command, "code_version": code_version(), "date": today()}
+        write_atomically(note, json.dumps(provenance))
     return run.states(actuator, case.loads)
 
 
 def gather(directory: Path, chosen: Sequence[TruthCase] | None = None) -> xr.Dataset:
-    """All finished states of the runs in a directory, in SI units.
+    """Return all finished states of the runs in a directory, in SI units.
 
     Raises
     ------
     TruthError
-        Where there is none, or a file of a run is damaged.
+        If there is none, or a file of a run is damaged.
     """
     rows: list[tuple[TruthCase, dict[str, Any]]] = []
     provenance: dict[str, Any] = {}
@@ -120,16 +120,16 @@ def gather(directory: Path, chosen: Sequence[TruthCase] | None = None) -> xr.Dat
         if not (folder / "run.json").exists():
             continue
         try:
-            held = read_record(folder / "run.json", _RUN_KEYS)
-            level_from_record(held.get("mesh"), f"{folder / 'run.json'}: mesh")
+            run = read_record(folder / "run.json", _RUN_KEYS)
+            level_from_record(run.get("mesh"), f"{folder / 'run.json'}: mesh")
             note = read_record(folder / "provenance.json", _NOTE_KEYS)
-            found = ActuatorRun(folder, held).records()
+            found = ActuatorRun(folder, run).records()
         except (RecordError, RunError) as error:
             raise TruthError(f"truth: {error}") from error
         rows += [(case, record) for record in found]
         provenance[case.name] = {
             **note,
-            "mesh": held["mesh"],
+            "mesh": run["mesh"],
             "reached": len(found),
             "loads": len(case.loads),
         }
@@ -166,12 +166,12 @@ def gather(directory: Path, chosen: Sequence[TruthCase] | None = None) -> xr.Dat
 
 
 def merged(held: xr.Dataset, found: xr.Dataset) -> xr.Dataset:
-    """The cases of two datasets in the order of `cases`; of a case in both, the states of the second.
+    """Merge the cases of two datasets in the order of `cases`; a case in both is taken from the second.
 
     Raises
     ------
     TruthError
-        Where their meshes differ.
+        If their meshes differ.
     """
     if held.attrs["mesh"] != found.attrs["mesh"]:
         raise TruthError(
@@ -185,43 +185,43 @@ def merged(held: xr.Dataset, found: xr.Dataset) -> xr.Dataset:
     runs = {**json.loads(held.attrs["runs"]), **json.loads(found.attrs["runs"])}
     runs = dict(sorted(runs.items(), key=lambda run: order.get(run[0], len(order))))
     both = both.isel(state=np.argsort(numbers, kind="stable"))
-    # What was read from a file would be written with its strings' width: longer names would be cut.
+    # A file's encoding limits the length of strings, which would cut longer names.
     return both.assign_attrs(runs=json.dumps(runs), mesh=found.attrs["mesh"]).drop_encoding()
 
 
 def truth_level(truth: xr.Dataset) -> MeshLevel:
-    """The mesh level of a dataset's runs.
+    """Return the mesh level of a dataset's runs.
 
     Raises
     ------
     ValueError
-        Where its attribute tells none.
+        If its attribute is not a mesh level.
     """
-    told = truth.attrs.get("mesh")
-    if isinstance(told, str) and told.startswith("{"):
-        told = parse_record(told, "mesh", {})
-    return level_from_record(told, "mesh")
+    record = truth.attrs.get("mesh")
+    if isinstance(record, str) and record.startswith("{"):
+        record = parse_record(record, "mesh", {})
+    return level_from_record(record, "mesh")
 
 
 def _mesh_text(record: Any) -> str:
-    """A mesh level as an attribute has it: its name, or the JSON of its counts."""
+    """Return a mesh level for an attribute: its name, or the JSON of its counts."""
     return record if isinstance(record, str) else json.dumps(record, sort_keys=True)
 
 
 def load_truth(file: Path) -> xr.Dataset:
-    """Read what `gather` made.
+    """Read a dataset of `gather`.
 
     Raises
     ------
     TruthError
-        Where it is no such file; one line that names it and what is wrong with it.
+        If it is no such file, with one line that names it and the fault.
     """
     try:
         truth = xr.load_dataset(file, engine="h5netcdf")
     except (OSError, ValueError, KeyError, RuntimeError) as error:
-        told = " ".join(str(error).split())
+        reason = " ".join(str(error).split())
         raise TruthError(
-            f"truth: cannot read {file} as netCDF ({told}); expected a file of `truth --gather`"
+            f"truth: cannot read {file} as netCDF ({reason}); expected a file of `truth --gather`"
         ) from error
     missing = {
         "case",
@@ -247,7 +247,7 @@ def load_truth(file: Path) -> xr.Dataset:
 
 
 def _refuse_states(truth: xr.Dataset) -> None:
-    """Raise a ValueError where states are none, or their numbers are out of range."""
+    """Raise a ValueError if there are no states, or their numbers are out of range."""
     states = truth.sizes.get("state", 0)
     if not states:
         raise ValueError("got no states, expected at least one")
@@ -267,13 +267,13 @@ def _refuse_states(truth: xr.Dataset) -> None:
 
 
 def free_states(truth: xr.Dataset) -> Bool[np.ndarray, " states"]:
-    """Which states carry neither a tip force nor gravity, and are on the loading branch."""
+    """Return which states have neither tip force nor gravity, and are on the loading branch."""
     loaded = truth["tip_force"].values.any(axis=1) | truth["gravity"].values.any(axis=1)
     return ~loaded & on_loading_branch(truth, truth["case"].values)
 
 
 def _middle_curvature(axis: dict[str, Any]) -> np.ndarray:
-    """Curvature and twist of the rod's axis, mean over the middle of the body [1/m]."""
+    """Return the mean curvature and twist of the rod's axis over the middle of the body [1/m]."""
     length = 1e-3 * np.array(axis["arc_length_mm"])
     inside = (length >= MIDDLE[0] - 1e-9) & (length <= MIDDLE[1] + 1e-9)
     mean: np.ndarray = np.array(axis["curvature_per_m"])[inside].mean(axis=0)
@@ -281,25 +281,25 @@ def _middle_curvature(axis: dict[str, Any]) -> np.ndarray:
 
 
 def _middle_lean(record: dict[str, Any]) -> np.ndarray:
-    """How far sections lean against the axis along d₁ and d₂ [rad], and the force along these [N].
+    """Return the mean shear angles along d₁ and d₂ [rad], and the mean forces along these [N].
 
-    Means over the middle of the body; NaN of records that do not tell the sections' frames.
+    They are means over the middle of the body, and NaN for records without the sections' frames.
     """
     axis, geometry = record["axis"], ActuatorGeometry()
     if "turn_rad" not in axis:
         return np.full((2, 2), np.nan)
     length = 1e-3 * np.array(axis["arc_length_mm"])
     inside = (length >= MIDDLE[0] - 1e-9) & (length <= MIDDLE[1] + 1e-9)
-    # Silicone and rod are of one density: the weight goes by the volumes.
-    whole = np.pi / 4.0 * geometry.body_diameter**2
-    body, cap = whole - 3.0 * geometry.chamber_area, whole * geometry.cap_length
+    # Silicone and rod have one density, so the weight is proportional to the volumes.
+    disc = np.pi / 4.0 * geometry.body_diameter**2
+    body, cap = disc - 3.0 * geometry.chamber_area, disc * geometry.cap_length
     above = cap + body * (geometry.body_length - length[inside])
     force = np.array(record["tip_force_n"])
     weight = -np.array(record["base_force_n"]) - force
     forces = force + np.outer(above / (cap + body * geometry.body_length), weight)
     turns = Rotation.from_rotvec(np.array(axis["turn_rad"])[inside])
     lean = 1e-3 * np.array(axis["shear_mrad"])[inside]
-    # The turn about d₂ is along d₁, that about d₁ against d₂.
+    # A rotation about d₂ shears along d₁, one about d₁ against d₂.
     mean: np.ndarray = np.array(
         [lean[:, ::-1].mean(axis=0) * [1.0, -1.0], turns.inv().apply(forces)[:, :2].mean(axis=0)]
     )
@@ -307,6 +307,6 @@ def _middle_lean(record: dict[str, Any]) -> np.ndarray:
 
 
 def _at_stations(axis: dict[str, Any]) -> np.ndarray:
-    """The rod's axis at the stations [m], linear between the places where it is known, millimetres apart."""
+    """Return the rod's axis at the stations [m], interpolated between points millimetres apart."""
     position, length = np.array(axis["position_mm"]), np.array(axis["arc_length_mm"])
     return np.column_stack([np.interp(1e3 * STATIONS, length, position[:, k]) for k in range(3)]) / 1e3

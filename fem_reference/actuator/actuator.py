@@ -1,6 +1,6 @@
-"""The full actuator: body, cap, rod, winding and closed chambers under pressures, tip loads and gravity.
+"""The full actuator: body, cap, core, winding and closed chambers under pressures, tip loads and gravity.
 
-This is the package's SI face: millimetres, megapascals and newtons stay inside.
+Units are SI here; millimetres, megapascals and newtons are used behind this file only.
 """
 
 from collections.abc import Iterable, Iterator
@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from fem_reference.actuator.equations import ActuatorEquations
 from fem_reference.actuator.load import ActuatorLoad, ActuatorTarget
-from fem_reference.actuator.model import ActuatorModel, Deformation
+from fem_reference.actuator.model import ActuatorLinearisation, ActuatorModel, Deformation
 from fem_reference.actuator.pose import AxisShape, axis_shape, bending
 from fem_reference.actuator.problem import ActuatorProblem
 from fem_reference.actuator.volume_continuation import VolumePathFollower
@@ -36,28 +36,28 @@ DENSITY = 1070.0
 BONDS = ("cap", "tip", "all")
 _MM = 1e3
 _MPA = 1e6
-# Length of the first step of a path, in the measure of volume: 1.5 kPa in one chamber.
+# Length of the first step of a path, in units of volume: about 1.5 kPa in one chamber.
 _FIRST_STEP = 4.0
 
 
 @dataclass(frozen=True)
 class ActuatorState:
-    """Equilibrium of the actuator. SI units, world frame: base at the origin, +z along the rod at rest.
+    """Equilibrium of the actuator. SI units, world frame: base at the origin, +z along the core at rest.
 
     Parameters
     ----------
-    load : what it is under.
+    load : pressures and tip loads.
     tip_position : centre of the cap's outer face [m]; tip_rotation : of that face from rest.
     bending_angle : θ, angle of the face's normal from +z, continued past 180° along the axis [rad].
-    bending_plane : γ in [0, 2π) [rad]; 0 where chamber 1 alone would bend it. Zero for a straight axis.
+    bending_plane : γ in [0, 2π) [rad]; 0 is the plane of bending by chamber 1 alone, and of a straight axis.
     chamber_volume : of each chamber [m³].
-    shape : of the rod's axis.
+    shape : of the core's axis.
     strain_energy : of all parts [J].
-    rod_pressure : largest contact pressure on the rod [Pa].
+    rod_pressure : largest contact pressure on the core [Pa].
     thread_tension : largest tension of the thread [N]; zero without one.
-    wall_distance : smallest distance between chamber walls that are about to touch [m]; infinite elsewhere.
+    wall_distance : smallest distance between chamber walls within the contact's range [m]; else infinite.
     deformation : unknowns, to start from or to draw.
-    settled : what the solver found beside them.
+    settled : results of the solver beside the unknowns.
     converged : always true: a failure raises `ActuatorError`.
     """
 
@@ -79,17 +79,17 @@ class ActuatorState:
 
 @dataclass(frozen=True)
 class Settled:
-    """What the solver found at an equilibrium besides the unknowns.
+    """Results of the solver at an equilibrium beside the unknowns.
 
     Parameters
     ----------
     base_force, base_moment : reaction at the clamped base, about the origin [N, N m].
     iterations : of Newton's method since the state before.
     residual : largest nodal force left [N].
-    stable : whether it is a minimum of its energy: no negative pivot in the stiffness, in which contact of
-        walls is taken as convex and that with the rod as it is. None where the linear solver does not tell.
-    limit_pressure : the last ones before the body jumps on the way from the state before [Pa]; None where it
-        does not.
+    stable : whether the equilibrium is a minimum of the energy: the stiffness, with the contact of walls
+        convexified, has no negative pivot. None if the linear solver does not count them.
+    limit_pressure : last pressures before the body jumps on the way from the state before [Pa]; None if it
+        does not jump.
     memory : of the path that led here.
     """
 
@@ -103,15 +103,15 @@ class Settled:
 
     @property
     def jumped(self) -> bool:
-        """Whether loads that rise from the state before take the body here by a jump.
+        """Whether the body jumps here when loads rise from the state before.
 
-        Walls lost their balance, or the pressures fell on the way and rose again.
+        Walls lost their balance, or the path passed a limit point of the pressures.
         """
         return self.limit_pressure is not None
 
 
 class ActuatorError(ArithmeticError):
-    """The actuator's solver did not get to the load.
+    """The solver did not reach the load.
 
     Parameters
     ----------
@@ -132,21 +132,21 @@ class Actuator:
     geometry, material, winding, thread : by default the paper's.
     level : ``coarse``, ``medium``, ``paper``, or element counts of your own.
     density : of silicone and rod, for gravity [kg/m³].
-    bonded : where the cavity is bonded to the rod: in the ``cap``, as in the paper; at the ``tip`` only,
-        over its last 2 mm, the rod's diameter; or ``all`` along. Elsewhere it slides without friction and may
-        leave the rod.
-    cap_wound : whether the thread goes on over the cap.
+    bonded : where the cavity is bonded to the core: in the ``cap``, as in the paper; at the ``tip`` only,
+        over its last 2 mm, the core's diameter; or ``all`` along. Elsewhere it slides without friction and
+        may leave the core.
+    cap_wound : whether the thread continues over the cap.
     symmetric : whether the body keeps its plane of symmetry, y = 0, through the middle of chamber 1. That
-        halves the unknowns; geometry, winding and loads must have it too. A state that is ``stable`` is so
-        among those that keep the plane.
+        halves the unknowns; geometry, winding and loads must be symmetric too. Then ``stable`` is judged
+        among symmetric states only.
     solver : linear solver; by default MKL PARDISO where it is installed.
     options : of the nonlinear solvers.
 
     Raises
     ------
     ValueError
-        For an unknown mesh level or bond, a density that is not positive, impossible geometry, and where a
-        plane is to be kept that geometry or winding do not have.
+        For an unknown mesh level or bond, a density that is not positive, impossible geometry, and a
+        symmetric body whose geometry or winding is not symmetric.
     """
 
     def __init__(
@@ -200,7 +200,7 @@ class Actuator:
         Raises
         ------
         ActuatorError
-            When the load is not reached; it carries the last good state.
+            If the load is not reached; it carries the last good state.
         """
         return next(iter(self.follow([load], start)))
 
@@ -214,7 +214,7 @@ class Actuator:
         ValueError
             See `refuse`.
         ActuatorError
-            When a load is not reached; the states before have been yielded.
+            If a load is not reached; the states before have been yielded.
         """
         state = start
         try:
@@ -234,9 +234,9 @@ class Actuator:
             ) from error
 
     def refuse(self, load: ActuatorLoad) -> None:
-        """Raise a ValueError for a load without the plane of symmetry that the body is to keep.
+        """Raise a ValueError for a load that the body cannot have.
 
-        And for a force or a moment that no such body carries, as of another unit.
+        It is not symmetric, as the body is to stay; or so large that it seems to be in another unit.
         """
         geometry = self.model.geometry
         most = MOMENT_SHARE * self.model.material.shear_modulus * geometry.body_diameter**3
@@ -254,7 +254,9 @@ class Actuator:
             return VolumePathFollower(
                 self._problem, self._solver, here, target, _FIRST_STEP, options=self.options
             )
-        here = Equilibrium(start.deformation, None, 0, start.settled.residual, None)
+        here = Equilibrium[Deformation, ActuatorLinearisation](
+            start.deformation, None, 0, start.settled.residual, None
+        )
         return VolumePathFollower(
             self._problem,
             self._solver,
@@ -272,7 +274,11 @@ class Actuator:
         return self.state(_load_of(error.target), last.configuration, settled)
 
     def _settled(
-        self, found: Equilibrium, target: ActuatorTarget, iterations: int, follower: VolumePathFollower
+        self,
+        found: Equilibrium[Deformation, ActuatorLinearisation],
+        target: ActuatorTarget,
+        iterations: int,
+        follower: VolumePathFollower,
     ) -> Settled:
         excess = found.excess_negative
         if excess is not None and found.negative_eigenvalues_true_contact != 0:
@@ -296,7 +302,7 @@ class Actuator:
         )
 
     def state(self, load: ActuatorLoad, deformation: Deformation, settled: Settled) -> ActuatorState:
-        """What there is to say of an equilibrium under ``load``; see `ActuatorState`."""
+        """`ActuatorState` of an equilibrium under ``load``."""
         equations = self.equations
         x = deformation.positions
         frame = equations.tip.frame(x)

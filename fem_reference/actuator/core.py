@@ -14,8 +14,8 @@ from fem_reference.mesh import CAVITY, BodyMesh, mirror_pairs
 class CoreGroup:
     """Spans of the core with their tensions as own forces.
 
-    The forces are those of the stretch. The bending stiffness is the same at all positions, and the actuator's
-    equations add its forces.
+    Energy and forces are those of the stretch. The bending stiffness is the same at all positions; the
+    actuator's equations add it.
 
     Parameters
     ----------
@@ -30,8 +30,9 @@ class CoreGroup:
         self._spline, self._first = spline, first_control
 
     def energy(self, positions: Points) -> float:
-        """Stretch and bending energy [N mm]."""
-        return self._spline.energy(positions[self._first :])
+        """Energy of the stretch [N mm]."""
+        controls = positions[self._first :]
+        return 0.5 * float(self._spline.tension(controls) @ self._spline.extension(controls))
 
     def force(self, positions: Points, own: Own | None) -> Forces:
         """See `ForceGroup.force`."""

@@ -1,4 +1,4 @@
-"""Equilibrium of the full actuator: energy, residual and stiffness in the nodes and the core's control points.
+"""Equilibrium of the full actuator: energy, residual and stiffness in nodes and the core's control points.
 
 Total energy (N, mm, MPa), to which a follower load adds a force without one:
 
@@ -210,7 +210,9 @@ class ActuatorEquations:
 
     def strain_energy(self, at: Deformation) -> float:
         """Energy of all parts, without pressures and loads [N mm]."""
-        return total_energy(self.groups, self.walls, at.positions)
+        controls = at.positions[self.nodes :]
+        bending = 0.5 * float((controls * (self.axis.bending @ controls)).sum())
+        return total_energy(self.groups, self.walls, at.positions) + bending
 
     def volumes(self, at: Deformation) -> Float[np.ndarray, "3"]:
         """Volume of each chamber [mm³]."""
@@ -301,7 +303,7 @@ class ActuatorEquations:
         fraction: float,
         linear: ActuatorLinearisation,
     ) -> Deformation:
-        """The deformation after a fraction of a Newton step, with the own forces of solid, thread and core."""
+        """The deformation after a fraction of a Newton step, own forces of the stiff groups included."""
         stiff: dict[str, StiffGroup] = {
             "solid": SolidGroup(self.solid),
             "thread": ThreadGroup(self.thread),

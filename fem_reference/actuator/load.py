@@ -1,4 +1,4 @@
-"""Loads of the full actuator: in SI for users, in N, mm and MPa inside."""
+"""Loads of the full actuator: `ActuatorLoad` in SI units, `ActuatorTarget` in N, mm and MPa."""
 
 import math
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from fem_reference.geometry import as_vector, refuse_implausible
 MAX_PRESSURE = 0.2e6
 _MM = 1e3
 _MPA = 1e6
-# Changes of load that strain the actuator about alike: 1 kPa, 2 mN, 0.05 N mm and 2 m/s².
+# Changes of load that strain the actuator about equally: 1 kPa, 2 mN, 0.05 N mm and 2 m/s².
 _UNITS = (1e-3, 2e-3, 0.05, 2e3)
 
 
@@ -43,12 +43,12 @@ class ActuatorTarget:
         return ActuatorTarget(pressure, tip_force, tip_moment, gravity, other.follower)
 
     def differs_by_pressure(self, other: "ActuatorTarget") -> bool:
-        """Whether all loads but the pressures are the same."""
+        """Whether the loads differ by their pressures alone."""
         pairs = zip(self._vectors()[1:], other._vectors()[1:], strict=True)
         return self.follower == other.follower and all(bool((a == b).all()) for a, b in pairs)
 
     def to(self, other: "ActuatorTarget") -> Float[np.ndarray, " loads"]:
-        """Change of load, in units that strain the actuator about alike."""
+        """Change of load in units that strain the actuator about equally."""
         pairs = zip(self._vectors(), other._vectors(), _UNITS, strict=True)
         return np.concatenate([(b - a) / unit for a, b, unit in pairs])
 

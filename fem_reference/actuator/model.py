@@ -21,8 +21,8 @@ class Deformation:
     Parameters
     ----------
     positions : of the mesh's nodes, then of the core's control points [mm].
-    element_pressure, segment_tension, axis_tension : own forces of solid, thread and core [MPa, N, N], unknowns
-        while Newton's method iterates.
+    element_pressure, segment_tension, axis_tension : own forces of solid, thread and core [MPa, N, N], which
+        are unknowns while Newton's method iterates.
     """
 
     positions: Float[np.ndarray, "points 3"]
@@ -58,7 +58,7 @@ class BodyState(Protocol):
         ...
 
     def with_deformation(self: _Body, deformation: Deformation) -> _Body:
-        """This state with another deformation."""
+        """The same state, but for its deformation."""
         ...
 
 

@@ -1,42 +1,53 @@
-"""Paths of pressure that are led by the volume of the chambers.
+"""Pressure continuation under volume control.
 
-Steps are taken in volume (`VolumeControlledProblem`), the pressure that goes with it comes out, and where the
-states behind say that the goal's lies within the next step, the path arrives there. A path whose pressure
-falls for a while, past a limit point, is followed like any other, so that the goal is reached where it first
-does; as pressures rise the body would jump there, and the follower says so. Other loads, and the jumps of
-walls that lose their balance under any volume, are `PathFollower`'s.
+Steps are taken in the chambers' volume (`VolumeControlledProblem`), and the pressure follows. When the states
+behind predict the goal's pressure within the next step, that step stops at it. Past a limit point the
+pressure falls for a while, and the path continues to the first state with the goal's pressure. Under rising
+pressures the body would jump there; the follower keeps the pressures of the jump. `PathFollower` treats other
+loads, and walls that lose their balance under any volume.
 """
 
 import logging
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
 
 from fem_reference.actuator.load import ActuatorTarget
+from fem_reference.actuator.model import ActuatorLinearisation, Deformation
 from fem_reference.actuator.path_predictor import Polynomial, Tangent
-from fem_reference.actuator.problem import ActuatorProblem
-from fem_reference.actuator.volume_control import StopCondition, Volume, VolumeControlledProblem, VolumeState
+from fem_reference.actuator.problem import ActuatorProblem, ActuatorStep
+from fem_reference.actuator.volume_control import (
+    StopCondition,
+    Volume,
+    VolumeControlledProblem,
+    VolumeLinearisation,
+    VolumeState,
+)
+from fem_reference.elements import ViscousSolid
 from fem_reference.solver import Equilibrium, PathFollower
 
 _LOG = logging.getLogger(__name__)
 
-# A goal within a step this much longer than the next is arrived at by it.
+# The next step may be this much longer if it then reaches the goal.
 _REACH = 1.15
-# Fall of the pressure [MPa] that is not the roughness of states on the way: two paths that are mirror images,
-# on the medium mesh, differ by 1.5e-4 at one volume.
+# Fall of the pressure [MPa] that counts as a limit point. States on the way are rough: on the medium mesh,
+# two paths that are mirror images differ by 1.5e-4 at the same volume.
 _FALL = 2e-4
-# Share of a step over which the slope of the pressure is taken.
+# Share of a step over which the slope of the pressure is measured.
 _SLOPE = 1e-3
 
+LegEquilibrium = Equilibrium[VolumeState, VolumeLinearisation]
 
-class VolumePathFollower(PathFollower):
+
+class VolumePathFollower(
+    PathFollower[Deformation, ActuatorTarget, ActuatorLinearisation, ActuatorStep, ViscousSolid]
+):
     """Equilibria of the actuator, one load after another; see `PathFollower`."""
 
     problem: ActuatorProblem
 
-    def follow(self, goal: ActuatorTarget) -> Equilibrium:
+    def follow(self, goal: ActuatorTarget) -> Equilibrium[Deformation, ActuatorLinearisation]:
         """See `PathFollower.follow`."""
         change = self.target.to(goal)
         length = float(np.linalg.norm(change))
@@ -47,7 +58,7 @@ class VolumePathFollower(PathFollower):
         leg = VolumeControlledProblem(self.problem, self.target, goal)
         here = VolumeState(self.equilibrium.configuration, leg.start)
         highest = self.target
-        # Of the steps tried from the present equilibrium: the target and length of each.
+        # Target and length of each step that failed from the present equilibrium.
         failed: list[tuple[Any, float]] = []
         while True:
             found, target, step = self._next(leg, here)
@@ -62,9 +73,8 @@ class VolumePathFollower(PathFollower):
                     highest = target
                 elif rise < -_FALL:
                     self._jump(highest)
-                plain = replace(
-                    found,
-                    configuration=found.configuration.deformation,
+                plain = Equilibrium[Deformation, ActuatorLinearisation](
+                    **{**vars(found), "configuration": found.configuration.deformation}
                 )
                 self._arrive(plain, target, here, gone)
                 here, failed = found.configuration, []
@@ -78,8 +88,8 @@ class VolumePathFollower(PathFollower):
 
     def _next(
         self, leg: VolumeControlledProblem, here: VolumeState
-    ) -> tuple[Equilibrium | None, ActuatorTarget, float]:
-        """The next equilibrium, or none; the loads there, or on which to creep; and the step tried."""
+    ) -> tuple[LegEquilibrium | None, ActuatorTarget, float]:
+        """The next equilibrium, or None; its loads, or those for viscous relaxation; and the step tried."""
         ahead, step = self._ahead(leg, here), self.step
         farthest = max(step, min(_REACH * step, self._longest))
         if ahead.pressure(farthest) >= leg.end:
@@ -89,7 +99,7 @@ class VolumePathFollower(PathFollower):
         start = ahead.state(step)
         found = self._solve(leg, volume, start, on_the_way=True)
         if found is None:
-            # Where the pressure is to fall, more of it than now.
+            # Relaxation needs a pressure above the present one, even if the path's pressure falls.
             higher = here.pressure + abs(ahead.pressure(step) - here.pressure)
             return None, leg.target(higher) if higher < leg.end else leg.goal, step
         beyond = found.configuration
@@ -100,11 +110,13 @@ class VolumePathFollower(PathFollower):
         slope = (leg.volume(beyond) - leg.volume(here)) / (beyond.pressure - here.pressure)
         return self._arrival(leg, between, slope), leg.goal, step
 
-    def _arrival(self, leg: VolumeControlledProblem, start: VolumeState, slope: float) -> Equilibrium | None:
+    def _arrival(
+        self, leg: VolumeControlledProblem, start: VolumeState, slope: float
+    ) -> LegEquilibrium | None:
         return self._solve(leg, StopCondition(leg.end, slope), start, on_the_way=False)
 
     def _ahead(self, leg: VolumeControlledProblem, here: VolumeState) -> Polynomial | Tangent:
-        """By the most states behind that can be trusted, or by the stiffness where there are none."""
+        """Predictor by as many states behind as can be trusted, or by the stiffness if there are none."""
         for degree in range(len(self._earlier), 0, -1):
             states, back = zip(*self._earlier[:degree], strict=True)
             polynomial = Polynomial(leg, [here, *states], list(back))
@@ -117,6 +129,6 @@ class VolumePathFollower(PathFollower):
 
 
 def _slope(leg: VolumeControlledProblem, ahead: Polynomial | Tangent, step: float) -> float:
-    """dv/dπ of the path ahead [mm³/MPa]."""
+    """Slope dv/dπ of the predicted path [mm³/MPa]."""
     low, high = (1.0 - _SLOPE) * step, (1.0 + _SLOPE) * step
     return leg.unit * (high - low) / (ahead.pressure(high) - ahead.pressure(low))

@@ -1,7 +1,8 @@
 """Volume control: equilibria of the actuator under a given volume of its chambers, the pressure unknown.
 
 Under pressures that rise in proportion, the actuator becomes so soft that a small error in forces moves it by
-millimetres, and it may reach a limit point. Under a given volume it is stiff, as if it were filled with water.
+millimetres, and it may reach a limit point. Under a given volume it is stiff, as if filled with water.
+
 With pressures p = p₀ + π n along a heading n of unit length, the pressures' work is π per volume
 v = Σ n_k V_k. Either v is given and π is unknown, or the target volume depends on π (`StopCondition`). With
 g = ∂v/∂x the system is bordered by its own symmetric column,
@@ -29,11 +30,11 @@ from fem_reference.actuator.problem import ActuatorProblem, ActuatorStep, BodyPr
 from fem_reference.algebra import SymmetricSolver, scatter
 from fem_reference.elements import ViscousSolid
 
-# Volume that counts as a path's length of one, as a share of the chambers' volume at rest. A kPa in one chamber
-# adds 1.6 % at rest, and 4 % at 50 kPa.
+# Volume that counts as a path's length of one, as a share of the chambers' volume at rest. A kPa in one
+# chamber adds 1.6 % at rest, and 4 % at 50 kPa.
 _UNIT = 0.02
-# Pressure [MPa], and work of the volume [N mm], that count as contact noise: 1 Pa bends the actuator by 0.004°
-# at most.
+# Pressure [MPa], and work of the volume [N mm], that count as contact noise: 1 Pa bends the actuator by
+# 0.004° at most.
 _NOISE = 1e-6
 # Relative difference of the path's slope dv/dπ and the compliance of the stiffness at hand, up to which the
 # stiffness serves for the step of π.

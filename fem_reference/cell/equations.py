@@ -9,7 +9,7 @@ The silicone slides along the core, which keeps its length. In a whole actuator 
 ends; they give, and the silicone between them becomes longer. A section takes this for a spring k along the
 core. Where the ends give nothing, λ = 1.
 
-Two multipliers fix the gauge: mean axial slip and mean rotation about the core of the bottom section are zero.
+Two multipliers fix the gauge: the bottom section's mean axial slip and mean rotation about the core are zero.
 """
 
 from dataclasses import replace

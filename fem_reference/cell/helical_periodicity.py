@@ -13,13 +13,13 @@ from fem_reference.mesh import BOTTOM, TOP, BodyMesh
 
 
 class HelicalMap:
-    """Which node is whose image.
+    """Pairs of bottom and top nodes that are images of each other.
 
     Parameters
     ----------
     mesh : one period of the body [mm], the nodes of its top face straight above those of its bottom face.
-    overlap : how far above the top face the next period is needed too [mm]. Its nodes there, images of those
-        above the bottom face, are numbered after the mesh's own.
+    overlap : height above the top face to which the map includes the next period [mm]. Its nodes there are
+        images of those above the bottom face, and are numbered after the mesh's own.
     """
 
     def __init__(self, mesh: BodyMesh, overlap: float = 0.0) -> None:
@@ -39,7 +39,7 @@ class HelicalMap:
         self.independent = np.flatnonzero(~is_top)
         self.count = len(self.independent)
         above, next_cells = _next_period(mesh, overlap)
-        #: Number, among the independent nodes, of every node or of the node that it is the image of.
+        #: For every node, the number among the independent nodes of itself or of its source.
         self.base = np.full(len(points), -1)
         self.base[self.independent] = np.arange(self.count)
         self.base[top] = self.base[bottom]
@@ -51,7 +51,7 @@ class HelicalMap:
         renumbered = np.arange(len(points))
         renumbered[bottom] = top
         renumbered[above] = len(points) + np.arange(len(above))
-        #: The mesh in linear hexahedra, and those of the next period as far as the overlap.
+        #: The mesh in linear hexahedra, with those of the next period up to the overlap.
         self.continued = BodyMesh(
             np.concatenate([points, points[above] + [0.0, 0.0, self.period]]),
             np.concatenate([mesh.cells, renumbered[next_cells]]),
@@ -59,7 +59,7 @@ class HelicalMap:
         )
 
     def reduced_dofs(self, connectivity: Int[np.ndarray, "blocks nodes"]) -> Int[np.ndarray, "blocks dofs"]:
-        """Degrees of freedom of the independent nodes behind each node of ``connectivity``."""
+        """Degrees of freedom of the independent nodes that the nodes of ``connectivity`` follow."""
         base = self.base[connectivity]
         return (3 * base[:, :, None] + np.arange(3)).reshape(len(base), 3 * base.shape[1])
 
@@ -67,7 +67,7 @@ class HelicalMap:
 def _next_period(
     mesh: BodyMesh, overlap: float
 ) -> tuple[Int[np.ndarray, " nodes"], Int[np.ndarray, "cells 8"]]:
-    """Nodes above the bottom face, and the linear hexahedra on them, up to where they cover an overlap."""
+    """Nodes above the bottom face, and their linear hexahedra, up to the height that covers an overlap."""
     height = mesh.points[:, 2]
     levels = np.unique(np.round(height, 9))
     if overlap > levels[-2]:
@@ -141,7 +141,7 @@ class HelicalFrame:
         return mixed, turned + self._second[:, :, :3, 3] @ image.sum(axis=0)
 
     def rotate_blocks(self, connectivity: Int[np.ndarray, "blocks nodes"], blocks: np.ndarray) -> np.ndarray:
-        """Local matrices over all nodes, turned into matrices over the independent nodes."""
+        """Rotate local matrices over all nodes, in place, to be over the independent nodes."""
         is_image = self._map.is_image[connectivity]
         touched = np.flatnonzero(is_image.any(axis=1))
         if touched.size == 0:

@@ -1,6 +1,6 @@
 """The period cell: one winding period of the actuator under pressure, bent freely or to a given curvature.
 
-This is the package's SI face: millimetres, megapascals and newtons stay inside.
+Units are SI here; millimetres, megapascals and newtons are used behind this file only.
 """
 
 from collections.abc import Iterable, Iterator
@@ -33,8 +33,8 @@ from fem_reference.solver import Equilibrium, PathError, PathFollower, SolverOpt
 _MM = 1e3
 _MPA = 1e6
 _MAX_PRESSURE = 0.2e6
-# First step of a path from rest, as `CellTarget.to` counts: mostly it converges, in fewer iterations than
-# several shorter ones take together; from another start nothing is known of the way ahead.
+# First step of a path from rest, in units of `CellTarget.to`: mostly it converges, in fewer iterations than
+# several shorter steps. A path from another start begins with a short step.
 _FIRST_STEP, _STEP_FROM_A_START = 10.0, 1.0
 _UNLOADED = CellTarget(np.zeros(3), moment=np.zeros(3))
 
@@ -87,19 +87,19 @@ class CellState:
 
     Parameters
     ----------
-    load : what the cell was asked for.
+    load : pressures, and moment or curvature.
     pressure : of the chambers [Pa].
     curvature : u, body frame, per length at rest [1/m]; moment : ∂Π/∂u, body frame [N m].
-    stretch : of the silicone along the rod.
+    stretch : of the silicone along the core.
     energy : Π(u, p) − Π(0, 0) [J/m].
     volume : of each chamber per length, −∂Π/∂p [m²].
     hessian : ∂²Π in (u, p), 6 by 6, symmetric.
     iterations : Newton iterations spent since the state before.
     residual : largest nodal force left [N].
-    stable : whether the cell is at a minimum of its energy under this load; None where it is not known.
-    jumped : whether walls lost their balance since the state before, so that this one is on another branch.
+    stable : whether the cell is at a minimum of its energy under this load; None if not known.
+    jumped : whether walls lost their balance since the state before, so that this state is on another branch.
     converged : always true: a failure raises `CellError`.
-    configuration : nodal unknowns, to start from or to draw.
+    configuration : unknowns, to start from or to draw.
     """
 
     load: Load
@@ -119,13 +119,13 @@ class CellState:
 
 
 class CellError(ArithmeticError):
-    """The cell's solver did not get to the load.
+    """The solver did not reach the load.
 
     Parameters
     ----------
     message : why.
     last_good : last converged state on the way, or None.
-    unstable : whether it is because walls lose their balance, on a path that was to end there.
+    unstable : whether walls lose their balance, on a path that was to end there.
     """
 
     def __init__(self, message: str, last_good: CellState | None, unstable: bool = False) -> None:
@@ -146,8 +146,8 @@ class PeriodCell:
     ----------
     geometry, material, winding, thread : the actuator; by default the paper's.
     level : ``coarse``, ``medium``, ``paper``, or element counts of your own.
-    end_compliance : how much longer the silicone becomes along the rod for each newton of the rod's pull on
-        the closed ends [m/N]. By default they give nothing.
+    end_compliance : elongation of the silicone along the core per newton of the core's pull on the closed
+        ends [m/N]. By default the ends are rigid.
     solver : linear solver; by default MKL PARDISO where it is installed.
     options : of the nonlinear solvers.
 
@@ -204,7 +204,7 @@ class PeriodCell:
         return self.equations.size
 
     def refuse(self, load: Load) -> None:
-        """Raise a ValueError for a moment or a curvature that no such section takes, as of another unit."""
+        """Raise a ValueError for a moment or a curvature so large that it seems to be in another unit."""
         diameter = self.geometry.body_diameter
         if load.moment is not None:
             most = MOMENT_SHARE * self.material.shear_modulus * diameter**3
@@ -221,7 +221,7 @@ class PeriodCell:
         ValueError
             See `refuse`.
         CellError
-            When the load is not reached; it carries the last good state.
+            If the load is not reached; it carries the last good state.
         """
         return next(iter(follow(self, [load], start)))
 
@@ -273,21 +273,21 @@ def follow(
 ) -> Iterator[CellState]:
     """Follow a path of loads by continuation and yield the state at each.
 
-    Between loads of different kind (moment, then imposed curvature, or back) the path changes over at the
+    Where the kind of load changes, from moment to imposed curvature or back, the path continues from the
     present state, whose moment and curvature belong together.
 
     Parameters
     ----------
-    cell, loads : what is loaded, and how.
-    start : a state of the cell to go on from; the unloaded cell by default.
-    jumps : go on, on another branch, where walls lose their balance. If not, the path ends there.
+    cell, loads : the cell and its path of loads.
+    start : state of the cell to start from; the unloaded cell by default.
+    jumps : whether the path continues on another branch where walls lose their balance; if not, it ends.
 
     Raises
     ------
     ValueError
         See `PeriodCell.refuse`.
     CellError
-        When a load is not reached; the states before have been yielded.
+        If a load is not reached; the states before have been yielded.
     """
     problem, solver = cell._problem, cell._solver
     state = start
@@ -314,14 +314,14 @@ def follow(
                 problem, solver, error.target, error.last.configuration, options=cell.options
             )
         except NewtonError:
-            # On the verge of an instability even the last equilibrium may not converge anew.
+            # Near an instability even the last equilibrium may not converge again.
             raise CellError(message, state, error.unstable) from error
         reached = cell._state(_load_of(error.target), last, error.target, 0, follower.jumped)
         raise CellError(message, reached, error.unstable) from error
 
 
 def _restated(here: CellTarget, at: CellEquilibrium, goal: CellTarget, period: float) -> CellTarget:
-    """The target at hand in the goal's terms, if these are others: by its curvature, or by its moment."""
+    """The present target as one of the goal's kind: by its curvature, or by its moment."""
     if (goal.curvature is None) == (here.curvature is None):
         return here
     if goal.curvature is not None:

@@ -1,4 +1,4 @@
-"""The period cell as a problem for Newton's method: loads, steps in nodes and strain, and what blocks them."""
+"""The period cell as a problem for Newton's method: its loads, its steps, and what blocks them."""
 
 from dataclasses import dataclass, fields, replace
 
@@ -147,7 +147,7 @@ class CellProblem(Problem[Configuration, CellTarget, CellLinearisation, Step, Vi
         return float(np.abs(lacking).max(initial=0.0))
 
     def _unknown(self, target: CellTarget) -> slice:
-        """Unknown components of the strain: the curvature in free bending, the stretch where the ends give."""
+        """Unknown strain components: the curvature in free bending, the stretch where the ends give."""
         return slice(
             0 if target.moment is not None else 3, 3 if self.equations.axial_stiffness is None else 4
         )
@@ -158,7 +158,7 @@ class CellProblem(Problem[Configuration, CellTarget, CellLinearisation, Step, Vi
         return linear.strain_residual - self.equations.period * np.append(moment, 0.0)
 
     def newton_step(self, solver: SymmetricSolver, linear: CellLinearisation, target: CellTarget) -> Step:
-        """Newton step of nodes and multipliers, and by the Schur complement of the strain's unknown components."""
+        """Newton step of nodes and multipliers, and by the Schur complement of unknown strain components."""
         unknown = self._unknown(target)
         coupling, strain = linear.node_strain[:, unknown], np.zeros(4)
         if self._kept is not None and self._kept.serves(solver, linear, unknown):

@@ -1,8 +1,8 @@
 """The rigid motions exp(s·(λ e3, u)) in SE(3), with first and second derivatives in the strain (u, λ).
 
-s is the body's length at rest, and λ its stretch along the rod: λs is the rod's arc length, as the rod itself
-is inextensible. Over one pitch s|u| stays well below one, so that the exponential's series reaches round-off
-in a few terms, is exact at u = 0, and has polynomial derivatives.
+s is the body's length at rest, and λ its stretch along the core: λs is the core's arc length, as the core is
+inextensible. Over one pitch s|u| stays well below one. The exponential's series then reaches round-off in a
+few terms; it is exact at u = 0 and has polynomial derivatives.
 """
 
 from dataclasses import dataclass

@@ -20,8 +20,8 @@ class Configuration:
     ----------
     positions : of the independent nodes [mm].
     strain : y = (u, λ): curvature and twist [1/mm] and stretch, per length at rest.
-    element_pressure, segment_tension : own forces of solid and thread [MPa, N], unknowns while Newton's method
-        iterates.
+    element_pressure, segment_tension : own forces of solid and thread [MPa, N], which are unknowns while
+        Newton's method iterates.
     multipliers : of the gauge [N].
     """
 

@@ -181,7 +181,9 @@ class ClosestPoints:
                 break
             s = s + residual / bend
             if ((s < low * self._basis.span) | (s > high * self._basis.span)).any():
-                raise NewtonError("the cavity's wall slips along the rod, off the spans of its curve nearby")
+                raise NewtonError(
+                    "the cavity's wall slides along the rod beyond the neighbouring spans of its curve"
+                )
         return s, offset, tangent, bend
 
 

@@ -130,7 +130,7 @@ def _actuator(options: argparse.Namespace) -> int:
         raise InputError(with_flags(str(error))) from error
     except ActuatorError as error:
         status = NO_CONVERGENCE
-        print(f"rodmodel-fem: {error}; the last converged state is given", file=sys.stderr)
+        print(f"rodmodel-fem: {error}; the last converged state follows", file=sys.stderr)
         last = error.last_good or last
         if error.last_good is not None:
             keep(number, error.last_good)

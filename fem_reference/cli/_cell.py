@@ -83,7 +83,7 @@ def _cell(options: argparse.Namespace) -> int:
             found = [state] if options.plot is None else [*found, state]
     except CellError as error:
         status = NO_CONVERGENCE
-        print(f"rodmodel-fem: {error}; the last converged state is given", file=sys.stderr)
+        print(f"rodmodel-fem: {error}; the last converged state follows", file=sys.stderr)
         found += [] if error.last_good is None else [error.last_good]
     if not found:
         return status
@@ -145,7 +145,7 @@ def _text(record: dict[str, Any]) -> str:
 
     stable = {True: "stable", False: "unstable", None: "stability not known"}[record["stable"]]
     if record["jumped"]:
-        stable += ", after walls have snapped"
+        stable += ", after a snap of walls"
     return "\n".join(
         [
             f"pressures          {row(record['pressure_kpa'])} kPa ({stable})",

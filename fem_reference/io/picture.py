@@ -27,7 +27,7 @@ class View(NamedTuple):
     up: Float[np.ndarray, "3"]
     eye: Float[np.ndarray, "3"]
 
-    def seen(self, points: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 2"]:
+    def project(self, points: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 2"]:
         """Return points in the picture's coordinates."""
         return np.stack([points @ self.right, points @ self.up], axis=-1)
 
@@ -80,7 +80,7 @@ def paint(axes: Axes, view: View, bodies: list[tuple[Float[np.ndarray, "_ 4 3"],
     # Edges in the colour of the faces close the seams that antialiasing leaves.
     axes.add_collection(
         PolyCollection(
-            list(view.seen(corners)[order]),
+            list(view.project(corners)[order]),
             facecolors=(shade[:, None] * colours)[order],
             edgecolors="face",
             linewidths=0.2,

@@ -77,7 +77,7 @@ class ActuatorRun:
             try:
                 found.append(read_record(file, RECORD_KEYS))
             except RecordError as error:
-                raise RunError(f"run: {error}; delete it and state.npz to begin anew") from error
+                raise RunError(f"run: {error}; delete it and state.npz to start the run again") from error
         return found
 
     def states(self, actuator: Actuator, loads: Sequence[ActuatorLoad]) -> Iterator[ActuatorState]:
@@ -161,12 +161,12 @@ class ActuatorRun:
             reason = " ".join(str(error).split())
             raise RunError(
                 f"run: {file}: got {reason or type(error).__name__}, expected a state of this run; "
-                "delete it to begin anew"
+                "delete it to start the run again"
             ) from error
         if len(self.records()) < step:
             raise RunError(
                 f"run: got {str(self.directory)!r} without the record of a step before {step}, expected all "
-                "that state.npz closes; delete it to begin anew"
+                "up to the step of state.npz; delete it to start the run again"
             )
         return state, step
 

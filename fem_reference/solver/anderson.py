@@ -11,33 +11,35 @@ References
 Walker and Ni (2011), Anderson acceleration for fixed-point iterations, SIAM J. Numer. Anal. 49, §2.
 """
 
-from typing import Any
+from typing import Any, Generic
 
 import numpy as np
 from jaxtyping import Float
 
+from fem_reference.solver.equations import Equations, State
 from fem_reference.solver.options import DEFAULT, AndersonOptions
-from fem_reference.solver.problem import Problem
 
 
-class AndersonMixing:
+class AndersonMixing(Generic[State]):
     """The last states of an iteration with one matrix, and the next one from them.
 
     Parameters
     ----------
-    problem : whose states they are.
+    equations : of the body, for the mean of states.
     options : of the acceleration.
     """
 
-    def __init__(self, problem: Problem, options: AndersonOptions = DEFAULT.anderson) -> None:
-        self._problem, self._options = problem, options
+    def __init__(
+        self, equations: Equations[State, Any, Any, Any, Any], options: AndersonOptions = DEFAULT.anderson
+    ) -> None:
+        self._equations, self._options = equations, options
         # Positions relative to the first state, as the sum of the steps so far.
         self._places: list[Float[np.ndarray, " dofs"]] = []
         self._steps: list[Float[np.ndarray, " dofs"]] = []
-        self._moved: list[Any] = []
+        self._moved: list[State] = []
         self._next = np.zeros(0)
 
-    def next(self, moved: Any, step: Float[np.ndarray, "..."]) -> Any:
+    def next(self, moved: State, step: Float[np.ndarray, "..."]) -> State:
         """The state to continue from.
 
         Parameters
@@ -56,7 +58,7 @@ class AndersonMixing:
             if np.linalg.norm(self._next - here) <= farthest * np.linalg.norm(step):
                 break
             self._places, self._steps, self._moved = self._places[1:], self._steps[1:], self._moved[1:]
-        return self._problem.mean(self._moved, shares.tolist())
+        return self._equations.mean(self._moved, shares.tolist())
 
     def _shares(self) -> Float[np.ndarray, " states"]:
         """Weights that make the mean step the shortest; they add up to one."""

@@ -7,13 +7,14 @@ relaxation follows the body to the next stable one.
 import logging
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Generic
 
 import numpy as np
 from jaxtyping import Float
 
 from fem_reference.algebra import SymmetricSolver
 from fem_reference.errors import NewtonError, UnstableError
+from fem_reference.solver.equations import Linear, Load, Move, State, Viscous
 from fem_reference.solver.extrapolation import allowed_step, weights
 from fem_reference.solver.newton import solve_equilibrium
 from fem_reference.solver.options import DEFAULT, SolverOptions
@@ -33,7 +34,9 @@ class PathError(ArithmeticError):
     unstable : whether the path ended, as asked for, where walls lose their balance.
     """
 
-    def __init__(self, message: str, last: Equilibrium, target: Any, unstable: bool = False) -> None:
+    def __init__(
+        self, message: str, last: Equilibrium[Any, Any], target: Any, unstable: bool = False
+    ) -> None:
         super().__init__(message)
         self.last = last
         self.target = target
@@ -58,7 +61,7 @@ class PathMemory:
     longest: float = math.inf
 
 
-class PathFollower:
+class PathFollower(Generic[State, Load, Linear, Move, Viscous]):
     """Path of equilibria of a problem, one load after another.
 
     Parameters
@@ -73,10 +76,10 @@ class PathFollower:
 
     def __init__(
         self,
-        problem: Problem,
+        problem: Problem[State, Load, Linear, Move, Viscous],
         solver: SymmetricSolver,
-        equilibrium: Equilibrium,
-        target: Any,
+        equilibrium: Equilibrium[State, Linear],
+        target: Load,
         memory: PathMemory | float = 1.0,
         creeps: bool = True,
         options: SolverOptions = DEFAULT,
@@ -88,7 +91,7 @@ class PathFollower:
         self.target = target
         self.iterations = 0
         #: Last loads before the body jumps on the way to the last goal; None where it does not jump.
-        self.limit: Any = None
+        self.limit: Load | None = None
         if not isinstance(memory, PathMemory):
             memory = PathMemory(memory, [], np.zeros(0))
         self.step, self._earlier, self._heading = memory.step, memory.earlier, memory.heading
@@ -108,7 +111,7 @@ class PathFollower:
         """Memory from which another follower resumes this path without a break."""
         return PathMemory(self.step, self._earlier, self._heading, self._longest)
 
-    def follow(self, goal: Any) -> Equilibrium:
+    def follow(self, goal: Load) -> Equilibrium[State, Linear]:
         """Equilibrium at ``goal``, reached from the present one in steps of load.
 
         The solver keeps the factors at the goal.
@@ -126,7 +129,7 @@ class PathFollower:
             raise PathError("the present equilibrium does not converge again", self.equilibrium, origin)
         done, missed = 0.0, self.options.continuation.missed_share * length
         # Targets and lengths of the steps that failed from the present equilibrium.
-        failed: list[tuple[Any, float]] = []
+        failed: list[tuple[Load, float]] = []
         while done < length:
             step = min(self.step, length - done)
             if length - done - step < 0.25 * step:
@@ -149,7 +152,7 @@ class PathFollower:
             self._earlier = []
         self._heading = heading
 
-    def _retreat(self, failed: list[tuple[Any, float]]) -> bool:
+    def _retreat(self, failed: list[tuple[Load, float]]) -> bool:
         """Shorten the step after those that ``failed``, or relax; tell whether the body has relaxed.
 
         Each failed step is a target and its distance; relaxation leads to the first, the farthest.
@@ -177,7 +180,7 @@ class PathFollower:
             message = f"walls lose their balance within {step:.2g} kPa or so of pressures {here} kPa"
         return PathError(message, self.equilibrium, self.target, unstable)
 
-    def _relax(self, target: Any, step: float) -> bool:
+    def _relax(self, target: Load, step: float) -> bool:
         """Relax the body under ``target``; tell whether it came to rest."""
         try:
             found = relax(
@@ -194,14 +197,14 @@ class PathFollower:
         self.iterations += found.iterations
         return True
 
-    def _jump(self, target: Any) -> None:
+    def _jump(self, target: Load) -> None:
         """Keep the first loads where the body jumps."""
         self.limit = target if self.limit is None else self.limit
 
-    def _advance(self, target: Any, step: float, on_the_way: bool = False) -> bool:
+    def _advance(self, target: Load, step: float, on_the_way: bool = False) -> bool:
         """Solve for ``target``, a step away; tell whether the solve converged."""
         at = self.equilibrium.configuration
-        start = at
+        start: State | None = at
         if self._earlier and step > 0.0:
             guesses = (self._extrapolate(step, count) for count in range(len(self._earlier), 0, -1))
             good = (g for g in guesses if g is not None and self.problem.may_start(at, g))
@@ -217,7 +220,9 @@ class PathFollower:
         self._arrive(found, target, at, step)
         return True
 
-    def _solve(self, problem: Problem, target: Any, start: Any, on_the_way: bool) -> Equilibrium | None:
+    def _solve(
+        self, problem: Problem[Any, Any, Any, Any, Any], target: Any, start: Any, on_the_way: bool
+    ) -> Equilibrium[Any, Any] | None:
         """Equilibrium of this branch by Newton's method; None if it fails."""
         try:
             found = solve_equilibrium(
@@ -237,7 +242,7 @@ class PathFollower:
         self._factors = self.solver.factors
         return found
 
-    def _arrive(self, found: Equilibrium, target: Any, left: Any, step: float) -> None:
+    def _arrive(self, found: Equilibrium[State, Linear], target: Load, left: Any, step: float) -> None:
         """Continue from ``found``, a step from the configuration ``left``; choose the next step."""
         own = self.options.continuation
         back = [distance for _, distance in self._earlier]
@@ -253,7 +258,7 @@ class PathFollower:
             self.step = min(max(self.step, step) * own.growth, allowed, self._longest)
             self._longest *= own.recovery
 
-    def _predict(self, target: Any) -> Any:
+    def _predict(self, target: Load) -> State:
         """Start by the tangent at the present equilibrium, as far as nothing blocks it.
 
         The stiffness is that under the old load: a new pressure makes that of the same shape indefinite.
@@ -273,7 +278,7 @@ class PathFollower:
             fraction *= allowed
         return at
 
-    def _extrapolate(self, step: float, degree: int) -> Any | None:
+    def _extrapolate(self, step: float, degree: int) -> State | None:
         """Start by a polynomial through the last states on this leg; None if it amplifies their errors."""
         states, back = zip(*self._earlier[:degree], strict=True)
         if not self._trusts(step, list(back)):

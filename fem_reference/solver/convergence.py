@@ -1,21 +1,23 @@
 """Tests of convergence, and the admissible part of a step."""
 
 import logging
-from typing import Any
 
 import numpy as np
 
 from fem_reference.errors import NewtonError
+from fem_reference.solver.equations import Equations, Linear, Move, State, Target, Viscous
 from fem_reference.solver.options import DEFAULT, ConvergenceOptions
-from fem_reference.solver.problem import Problem
+from fem_reference.solver.problem import Problem, Tolerances
 
 _LOG = logging.getLogger(__name__)
 
 
-def imbalance(problem: Problem, linear: Any, target: Any, iteration: int) -> tuple[float, float]:
+def imbalance(
+    equations: Equations[State, Target, Linear, Move, Viscous], linear: Linear, target: Target, iteration: int
+) -> tuple[float, float]:
     """Largest residual force and moment."""
     force = float(np.abs(linear.residual).max())
-    moment = problem.imbalance(linear, target)
+    moment = equations.imbalance(linear, target)
     if not np.isfinite(force + moment):
         raise NewtonError(f"the residual is not finite at iteration {iteration}")
     return force, moment
@@ -31,16 +33,17 @@ def is_round_off(size: float, force: float, moment: float, options: ConvergenceO
     return size <= options.round_off_step and force <= options.round_off_force and moment <= options.moment
 
 
-def is_near(problem: Problem, size: float, last_size: float, options: ConvergenceOptions) -> bool:
+def is_near(tolerances: Tolerances, size: float, last_size: float, options: ConvergenceOptions) -> bool:
     """Whether a step ends a rough equilibrium, one on the way to another."""
     ahead = size * min(1.0, size / last_size) if last_size > 0.0 else size
-    soon = not problem.tolerances.exact and size <= problem.tolerances.nearby and ahead <= options.rough_next_step * problem.tolerances.nearby
-    return soon or size <= options.rough_step * problem.tolerances.nearby
+    nearby = tolerances.nearby
+    soon = not tolerances.exact and size <= nearby and ahead <= options.rough_next_step * nearby
+    return soon or size <= options.rough_step * nearby
 
 
 def at_noise(
-    problem: Problem,
-    step: Any,
+    problem: Problem[State, Target, Linear, Move, Viscous],
+    step: Move,
     force: float,
     moment: float,
     options: ConvergenceOptions = DEFAULT.convergence,
@@ -64,13 +67,13 @@ def is_over(size: float, force: float, moment: float, options: ConvergenceOption
 
 
 def admissible_part(
-    problem: Problem,
-    at: Any,
-    step: Any,
-    linear: Any,
+    problem: Problem[State, Target, Linear, Move, Viscous],
+    at: State,
+    step: Move,
+    linear: Linear,
     fraction: float,
     cuts: int = DEFAULT.line_search.cuts,
-) -> tuple[Any, bool]:
+) -> tuple[State, bool]:
     """State after the longest admissible part of a step, and whether nothing blocked it.
 
     No wall is crossed, no node enters the rod, and no element is inverted.

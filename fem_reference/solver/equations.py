@@ -52,12 +52,32 @@ class Resistance(Protocol):
         ...
 
 
+@runtime_checkable
+class PathTarget(Protocol):
+    """Loads along a path."""
+
+    @property
+    def pressure(self) -> Float[np.ndarray, " chambers"]:
+        """Pressures [MPa]."""
+        ...
+
+    def between(self: _Own, other: _Own, fraction: float) -> _Own:
+        """The loads a fraction of the way from these to ``other``."""
+        ...
+
+    def to(self: _Own, other: _Own) -> Float[np.ndarray, " loads"]:
+        """Change of the loads, in units of about equal effect."""
+        ...
+
+
 #: Unknowns; loads to solve for; residual and stiffness; Newton step; viscous resistance.
 State = TypeVar("State")
 Target = TypeVar("Target")
 Linear = TypeVar("Linear", bound=Linearisation)
 Move = TypeVar("Move", bound=Step)
 Viscous = TypeVar("Viscous", bound=Resistance)
+#: Loads that a path leads to.
+Load = TypeVar("Load", bound=PathTarget)
 
 
 class Equations(abc.ABC, Generic[State, Target, Linear, Move, Viscous]):

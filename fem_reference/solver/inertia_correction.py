@@ -6,20 +6,21 @@ and then the silicone becomes viscous. The pivots of the factorisation tell the 
 """
 
 import logging
-from typing import Any
+from typing import Generic
 
 import numpy as np
 from jaxtyping import Float
 
 from fem_reference.algebra import SymmetricSolver
 from fem_reference.errors import UnstableError
+from fem_reference.solver.equations import Linear, Move, State, Target, Viscous
 from fem_reference.solver.options import DEFAULT, InertiaCorrectionOptions
 from fem_reference.solver.problem import Problem
 
 _LOG = logging.getLogger(__name__)
 
 
-class InertiaCorrection:
+class InertiaCorrection(Generic[State, Target, Linear, Move, Viscous]):
     """Factors of a matrix with the branch's inertia: convex contact, then viscosity.
 
     Parameters
@@ -33,7 +34,7 @@ class InertiaCorrection:
 
     def __init__(
         self,
-        problem: Problem,
+        problem: Problem[State, Target, Linear, Move, Viscous],
         solver: SymmetricSolver,
         inertia: int,
         viscous: bool,
@@ -63,7 +64,7 @@ class InertiaCorrection:
         below = (s for s in self._options.core_shares if s < self.share)
         return self.share if self._raised else max(below, default=0.0)
 
-    def factorise(self, at: Any, linear: Any, first: bool) -> None:
+    def factorise(self, at: State, linear: Linear, first: bool) -> None:
         """Leave the factors of a matrix with the branch's inertia in the solver.
 
         The ``first`` matrix may keep some negative pivots: in an extrapolated start single elements lack the
@@ -124,7 +125,7 @@ class InertiaCorrection:
         self._raised = self._raised or index > 0
         self._shares = self._shares[index:]
 
-    def _excess(self, data: Float[np.ndarray, " nonzeros"], linear: Any) -> int:
+    def _excess(self, data: Float[np.ndarray, " nonzeros"], linear: Linear) -> int:
         pattern = self._problem.pattern
         negative = self._solver.factorise(pattern.matrix(data), pattern.revision)
         excess = self._problem.excess(self._solver, linear, negative)

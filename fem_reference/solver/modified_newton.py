@@ -5,13 +5,13 @@ acceleration combines them (`AndersonMixing`).
 """
 
 import logging
-from typing import Any
 
 import numpy as np
 
 from fem_reference.algebra import SymmetricSolver
 from fem_reference.solver.anderson import AndersonMixing
 from fem_reference.solver.convergence import admissible_part, at_noise, imbalance, is_balanced
+from fem_reference.solver.equations import Linear, Move, State, Target, Viscous
 from fem_reference.solver.options import DEFAULT, SolverOptions
 from fem_reference.solver.problem import Problem
 
@@ -19,14 +19,14 @@ _LOG = logging.getLogger(__name__)
 
 
 def modified_newton_steps(
-    problem: Problem,
+    problem: Problem[State, Target, Linear, Move, Viscous],
     solver: SymmetricSolver,
-    target: Any,
-    at: Any,
-    linear: Any,
+    target: Target,
+    at: State,
+    linear: Linear,
     size: float,
     options: SolverOptions = DEFAULT,
-) -> tuple[Any, Any, float, bool]:
+) -> tuple[State, Linear, float, bool]:
     """Steps with the solver's factors, as long as they shrink fast.
 
     Returns
@@ -56,14 +56,14 @@ def modified_newton_steps(
 
 
 def anderson_steps(
-    problem: Problem,
+    problem: Problem[State, Target, Linear, Move, Viscous],
     solver: SymmetricSolver,
-    target: Any,
-    at: Any,
-    linear: Any,
+    target: Target,
+    at: State,
+    linear: Linear,
     rough: bool,
     options: SolverOptions = DEFAULT,
-) -> tuple[Any, Any, float, float | None]:
+) -> tuple[State, Linear, float, float | None]:
     """Accelerated steps with the solver's factors, of a convexified matrix, as long as they make progress.
 
     Returns
@@ -87,7 +87,8 @@ def anderson_steps(
         since = 0 if size < own.progress * smallest else since + 1
         if size < smallest:
             smallest, best = size, (at, linear, force)
-        if rough and size <= convergence.rough_step * problem.tolerances.nearby and force <= convergence.rough_force:
+        near = size <= convergence.rough_step * problem.tolerances.nearby
+        if rough and near and force <= convergence.rough_force:
             moved, _ = admissible_part(problem, at, step, linear, 1.0, options.line_search.cuts)
             return moved, linear, force, mixing.smallest
         if size <= end.step and force <= end.force and moment <= end.moment:

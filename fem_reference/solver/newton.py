@@ -25,7 +25,7 @@ for Nonlinear Problems, §3.1, for the test.
 
 import logging
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Generic
 
 import numpy as np
 
@@ -40,6 +40,7 @@ from fem_reference.solver.convergence import (
     is_over,
     is_round_off,
 )
+from fem_reference.solver.equations import Linear, Move, State, Target, Viscous
 from fem_reference.solver.inertia_correction import InertiaCorrection
 from fem_reference.solver.modified_newton import anderson_steps, modified_newton_steps
 from fem_reference.solver.options import DEFAULT, LineSearchOptions, SolverOptions
@@ -50,16 +51,16 @@ _LOG = logging.getLogger(__name__)
 
 
 def solve_equilibrium(
-    problem: Problem,
+    problem: Problem[State, Target, Linear, Move, Viscous],
     solver: SymmetricSolver,
-    target: Any,
-    start: Any,
+    target: Target,
+    start: State,
     inertia: int = 0,
-    viscous: Any = None,
+    viscous: Viscous | None = None,
     on_the_way: bool = False,
     convex: float | None = None,
     options: SolverOptions = DEFAULT,
-) -> Equilibrium:
+) -> Equilibrium[State, Linear]:
     """Equilibrium under ``target`` that Newton's method finds from ``start``.
 
     The solver keeps the factors there: of the convexified matrix if the equilibrium's ``convex`` is not None.
@@ -88,29 +89,30 @@ def solve_equilibrium(
 
 
 def _iterate(
-    problem: Problem,
+    problem: Problem[State, Target, Linear, Move, Viscous],
     solver: SymmetricSolver,
-    target: Any,
-    start: Any,
+    target: Target,
+    start: State,
     inertia: int,
-    viscous: Any,
+    viscous: Viscous | None,
     on_the_way: bool,
     least_convex: float | None,
     sizes: list[float],
     options: SolverOptions,
-) -> Equilibrium:
+) -> Equilibrium[State, Linear]:
     """See `solve_equilibrium`; the sizes of steps are appended to ``sizes``."""
     own, line_search, convergence = options.newton, options.line_search, options.convergence
+    tolerances = problem.tolerances
     at = problem.begin(start, target)
     history: list[float] = []
-    last: _TakenStep | None = None
-    before: Any = None
+    last: _TakenStep[State, Move, Linear] | None = None
+    before: Linear | None = None
     correction = InertiaCorrection(
         problem, solver, inertia, viscous is None, least_convex or 0.0, options.inertia_correction
     )
     lengthening = StepLengthening(options.step_lengthening)
     convex = least_convex is not None
-    size, excess, too_long, growing = np.inf, None, 0, 0
+    size, excess, too_long = np.inf, None, 0
     # Whether contact stays convex to the end, as the stiffness had too many negative pivots nearby.
     convex_to_the_end = False
     # Least force that the branch's own stiffness has left after the first iteration; and iterations since.
@@ -121,23 +123,23 @@ def _iterate(
         linear = problem.linearise(at, target, viscous, before)
         force, moment = imbalance(problem, linear, target, iteration)
         least, since = (force, 0) if convex or iteration <= 1 or force < least else (least, since + 1)
-        if since == own.stagnant_iterations and problem.tolerances.exact and viscous is None:
+        if since == own.stagnant_iterations and tolerances.exact and viscous is None:
             raise NewtonError(f"{since} iterations leave more force than the {least:.1e} N before them")
         try:
             # Far from equilibrium, a stiffness that has another inertia mostly has it one step on too.
-            if not (convex and (on_the_way or convex_to_the_end or size > problem.tolerances.nearby)):
+            if not (convex and (on_the_way or convex_to_the_end or size > tolerances.nearby)):
                 negative = solver.factorise(problem.pattern.matrix(linear.data), problem.pattern.revision)
                 excess = problem.excess(solver, linear, negative)
                 if is_balanced(force, moment, convergence):
                     return _settled(problem, solver, at, linear, iteration, force, excess)
                 convex = excess is not None and excess > inertia and force > own.inertia_force
-                convex_to_the_end = convex and not problem.tolerances.exact and size <= problem.tolerances.nearby
+                convex_to_the_end = convex and not tolerances.exact and size <= tolerances.nearby
             if convex:
                 correction.factorise(at, linear, iteration == 0 and viscous is None)
             step = problem.newton_step(solver, linear, target)
             last_size, size = size, problem.size(step, linear)
             sizes.append(size)
-            if not convex and last is not None and last.overshot(size, problem.tolerances.reach, line_search):
+            if not convex and last is not None and last.overshot(size, tolerances.reach, line_search):
                 _LOG.debug("the step would grow to %.2e mm: the last one is halved", size)
                 last, before = last.halved(), last.linear
                 at, _ = admissible_part(
@@ -153,31 +155,24 @@ def _iterate(
         if is_round_off(size, force, moment, convergence):
             return _settled(problem, solver, at, linear, iteration, force, excess)
         patient = accelerated or iteration >= convergence.noise_after
-        held = convex and correction.bare and not problem.tolerances.exact
+        held = convex and correction.bare and not tolerances.exact
         noise = linear.walls_touch and at_noise(problem, step, force, moment, convergence)
         if patient and (noise or (held and is_over(size, force, moment, convergence))):
             if held:
                 return Equilibrium(at, linear, iteration, force, inertia, convex=correction.next_share)
             return _settled(problem, solver, at, linear, iteration, force, excess)
         history.append(force)
-        too_long += convex and size > problem.tolerances.reach
+        too_long += convex and size > tolerances.reach
         if too_long == own.long_steps:
-            raise NewtonError(f"{too_long} steps of more than {problem.tolerances.reach} mm with a corrected stiffness")
-        growing = growing + 1 if problem.tolerances.exact and convex and size > last_size > 0.0 else 0
-        if growing > own.growing_steps:
-            raise UnstableError(f"{growing} steps in a row with a corrected stiffness grow")
-        stalled = (
-            iteration >= line_search.settling_iterations
-            and last is not None
-            and size > line_search.settled_contraction * last.size
-        )
-        longest = min(problem.longest(step), problem.tolerances.reach / max(size, problem.tolerances.reach))
-        fraction = min(longest, 0.5 if stalled else 1.0)
+            raise NewtonError(
+                f"{too_long} steps of more than {tolerances.reach} mm with a corrected stiffness"
+            )
+        fraction = min(problem.longest(step), tolerances.reach / max(size, tolerances.reach))
         if viscous is not None and iteration == 0 and fraction < 1.0:
             raise NewtonError(f"the step in time would be one of {size:.1e} mm")
         # The first step sets the threads' tension by the residual of their stretch; the next may be longer.
         last = None if convex or iteration == 0 else _TakenStep(at, step, linear, size, fraction)
-        if convex and not problem.tolerances.exact and viscous is None and fraction == 1.0:
+        if convex and not tolerances.exact and viscous is None and fraction == 1.0:
             fraction = lengthening.factor(step.positions)
         else:
             lengthening.forget()
@@ -198,22 +193,22 @@ def _iterate(
         settled = (
             not convex
             or force <= convergence.rough_force
-            or last_size <= convergence.rough_step * problem.tolerances.nearby
+            or last_size <= convergence.rough_step * tolerances.nearby
         )
-        if on_the_way and settled and is_near(problem, size, last_size, convergence):
+        if on_the_way and settled and is_near(problem.tolerances, size, last_size, convergence):
             # Without the inertia from the solver, contact is never made convex.
             left = inertia if convex else None if excess is None else min(excess, inertia)
             return Equilibrium(
                 at, None, iteration + 1, force, left, convex=correction.next_share if convex else None
             )
-        if on_the_way and convex and size <= problem.tolerances.nearby and problem.keeps(linear, at):
+        if on_the_way and convex and size <= tolerances.nearby and problem.keeps(linear, at):
             at, linear, force, softest = anderson_steps(problem, solver, target, at, linear, True, options)
             if softest is not None:
                 return Equilibrium(at, None, iteration + 1, force, inertia, convex=correction.next_share)
             continue
-        if viscous is not None or (convex and not (problem.tolerances.exact or convex_to_the_end)):
+        if viscous is not None or (convex and not (tolerances.exact or convex_to_the_end)):
             continue
-        if size <= problem.tolerances.nearby * (own.anderson_step if convex else 1.0) and problem.keeps(linear, at):
+        if size <= tolerances.nearby * (own.anderson_step if convex else 1.0) and problem.keeps(linear, at):
             if convex:
                 at, linear, force, softest = anderson_steps(
                     problem, solver, target, at, linear, False, options
@@ -227,7 +222,7 @@ def _iterate(
                 problem, solver, target, at, linear, size, options
             )
             # Negative pivots are those of the stiffness here, not of one nearby.
-            if balanced and not problem.tolerances.exact and not excess:
+            if balanced and not tolerances.exact and not excess:
                 return _settled(problem, solver, at, linear, iteration + 1, force, excess)
     raise NewtonError(
         f"no convergence in {len(history)} iterations; the last residual forces are "
@@ -237,12 +232,12 @@ def _iterate(
 
 
 @dataclass(frozen=True)
-class _TakenStep:
+class _TakenStep(Generic[State, Move, Linear]):
     """A step that was taken, which the line search may halve."""
 
-    origin: Any
-    step: Any
-    linear: Any
+    origin: State
+    step: Move
+    linear: Linear
     size: float
     fraction: float
     halvings: int = 0
@@ -252,7 +247,7 @@ class _TakenStep:
         most = max(options.growth * self.size, options.growth_floor * reach)
         return size > most and self.halvings < options.halvings
 
-    def halved(self) -> "_TakenStep":
+    def halved(self) -> "_TakenStep[State, Move, Linear]":
         """The same step at half its length."""
         return _TakenStep(
             self.origin, self.step, self.linear, self.size, 0.5 * self.fraction, self.halvings + 1
@@ -260,14 +255,14 @@ class _TakenStep:
 
 
 def _settled(
-    problem: Problem,
+    problem: Problem[State, Target, Linear, Move, Viscous],
     solver: SymmetricSolver,
-    at: Any,
-    linear: Any,
+    at: State,
+    linear: Linear,
     iterations: int,
     force: float,
     excess: int | None,
-) -> Equilibrium:
+) -> Equilibrium[State, Linear]:
     """Equilibrium with its inertia apart from that of contact, and its own factors in the solver."""
     as_it_is = excess
     if excess:

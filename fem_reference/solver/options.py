@@ -49,10 +49,6 @@ class LineSearchOptions:
     growth_floor: float = 0.1
     #: Times that one step is halved.
     halvings: int = 2
-    #: Iterations before slow steps are halved.
-    settling_iterations: int = 5
-    #: Share of the step before it that a settled step may be, or half of it is taken: it may cycle.
-    settled_contraction: float = 0.7
     #: Cuts of a step before what blocks it is an error.
     cuts: int = 12
 
@@ -71,8 +67,6 @@ class NewtonOptions:
     stagnant_iterations: int = 6
     #: Steps beyond `Problem.reach` with a corrected matrix that end the method: it has left the branch.
     long_steps: int = 3
-    #: Growing steps in a row with a corrected matrix that end the method, where exact: they leave a saddle.
-    growing_steps: int = 6
     #: Step below which Anderson acceleration takes over from new convexified matrices, as a share of
     #: `Problem.nearby`.
     anderson_step: float = 0.4

@@ -38,7 +38,7 @@ class Contact(Generic[State, Linear]):
         return linear.data
 
     def core_curvature_stiffness(self, linear: Linear) -> Float[np.ndarray, " nonzeros"]:
-        """The part of the stiffness' data from the core's curvature: a wall pressed on the core slides off."""
+        """The stiffness' data from the core's curvature alone: a wall pressed on the core slides off."""
         return np.zeros_like(linear.data)
 
     def keep_walls_apart(self, at: State, trial: State) -> State:

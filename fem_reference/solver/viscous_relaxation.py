@@ -10,10 +10,10 @@ follows a wall that snaps.
 import logging
 import math
 from dataclasses import replace
-from typing import Any
 
 from fem_reference.algebra import SymmetricSolver
 from fem_reference.errors import NewtonError
+from fem_reference.solver.equations import Linear, Move, State, Target, Viscous
 from fem_reference.solver.newton import solve_equilibrium
 from fem_reference.solver.options import DEFAULT, SolverOptions
 from fem_reference.solver.problem import Equilibrium, Problem
@@ -22,8 +22,12 @@ _LOG = logging.getLogger(__name__)
 
 
 def relax(
-    problem: Problem, solver: SymmetricSolver, target: Any, start: Any, options: SolverOptions = DEFAULT
-) -> Equilibrium:
+    problem: Problem[State, Target, Linear, Move, Viscous],
+    solver: SymmetricSolver,
+    target: Target,
+    start: State,
+    options: SolverOptions = DEFAULT,
+) -> Equilibrium[State, Linear]:
     """Stable equilibrium under ``target`` to which the viscous body relaxes from ``start``.
 
     Raises

@@ -13,12 +13,17 @@ from rodmodel.io.calibration_file import read_calibration as read_calibration
 from rodmodel.io.calibration_file import save_calibration as save_calibration
 from rodmodel.io.calibration_text import calibration_record as calibration_record
 from rodmodel.io.calibration_text import calibration_text as calibration_text
+from rodmodel.io.images import MIRROR as MIRROR
 from rodmodel.io.images import SIGNS as SIGNS
+from rodmodel.io.images import SWAPPED as SWAPPED
 from rodmodel.io.images import TURNS as TURNS
 from rodmodel.io.images import biases_at as biases_at
+from rodmodel.io.images import images_of as images_of
 from rodmodel.io.images import placed_images as placed_images
 from rodmodel.io.images import symmetric as symmetric
+from rodmodel.io.images import turn_matrix as turn_matrix
 from rodmodel.io.json_record import CalibrationFileError as CalibrationFileError
+from rodmodel.io.law_arrays import IMAGES as IMAGES
 from rodmodel.io.law_arrays import RidgeArrays as RidgeArrays
 from rodmodel.io.loading import CalibrationNotFoundError as CalibrationNotFoundError
 from rodmodel.io.loading import Found as Found

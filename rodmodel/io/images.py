@@ -4,19 +4,21 @@ import math
 
 import numpy as np
 
-_THIRD = 2.0 * math.pi / 3.0
-# Mirror y → −y of curvatures, and the order of the chambers in it.
-_MIRROR = np.diag([-1.0, 1.0, -1.0])
-_SWAPPED = np.array([0, 2, 1])
-
+#: Mirror y → −y of curvatures.
+MIRROR = np.diag([-1.0, 1.0, -1.0])
+#: Order of the chambers in the mirror.
+SWAPPED = np.array([0, 2, 1])
 #: Sign and turn [rad] of the images of the full symmetry: an image has the orientation sign · (ψ − turn).
-SIGNS, TURNS = np.repeat([1.0, -1.0], 3), np.tile(np.arange(3), 2) * _THIRD
+SIGNS, TURNS = np.repeat([1.0, -1.0], 3), np.tile(np.arange(3), 2) * (2.0 * math.pi / 3.0)
+
+# Cosines and sines of 0, 120° and 240°, exact to the last digit.
+_COSINES = (1.0, -0.5, -0.5)
+_SINES = (0.0, math.sqrt(0.75), -math.sqrt(0.75))
 
 
 def turn_matrix(turns: int) -> np.ndarray:
     """Return R_z(−120° turns), which maps components into axes turned by 120° · `turns`."""
-    angle = turns * _THIRD
-    c, s = math.cos(angle), math.sin(angle)
+    c, s = _COSINES[turns], _SINES[turns]
     return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
@@ -26,8 +28,8 @@ def images_of(symmetry: str) -> list[tuple[np.ndarray, np.ndarray]]:
     if symmetry == "none":
         return turned[:1]
     if symmetry == "mirror":
-        return [turned[0], (_MIRROR, _SWAPPED)]
-    return [*turned, *((_MIRROR @ turn, order[_SWAPPED]) for turn, order in turned)]
+        return [turned[0], (MIRROR, SWAPPED)]
+    return [*turned, *((MIRROR @ turn, order[SWAPPED]) for turn, order in turned)]
 
 
 def placed_images(symmetry: str, turns: int, mirrored: bool) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -42,7 +44,7 @@ def placed_images(symmetry: str, turns: int, mirrored: bool) -> list[tuple[np.nd
     # The law is evaluated at Q u and p[order].
     into_law, order = np.eye(3), np.arange(3)
     if mirrored:
-        into_law, order = _MIRROR, _SWAPPED
+        into_law, order = MIRROR, SWAPPED
     into_law, order = into_law @ turn_matrix(turns), (order + turns) % 3
     return [(axes @ into_law, order[chambers]) for axes, chambers in images_of(symmetry)]
 

@@ -1,4 +1,4 @@
-"""Section laws: potential of curvature and pressure, per length of a uniform section."""
+"""Section laws: potentials of curvature and pressure, per length of a uniform section."""
 
 from rodmodel.section._common_form import in_common_form as in_common_form
 from rodmodel.section._law import CurvatureLaw as CurvatureLaw

@@ -1,4 +1,4 @@
-"""Section laws in one common form, so that laws of different windings are arrays of the same shapes."""
+"""Common form of section laws, in which laws of different windings have equal array shapes."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -6,23 +6,24 @@ from dataclasses import replace
 import jax.numpy as jnp
 import numpy as np
 
+from rodmodel.io import MIRROR, SWAPPED, turn_matrix
 from rodmodel.section._law import SectionLaw
 from rodmodel.section._ridge_network import RidgeNetwork
-from rodmodel.section._turned import INTO_TURNED, MIRROR, SWAPPED, MirroredLaw, TurnedLaw
-from rodmodel.section._unfolded import seen, unfolded
+from rodmodel.section._turned import MirroredLaw, TurnedLaw
+from rodmodel.section._unfolded import transformed, unfolded
 
 
 def in_common_form(laws: Sequence[SectionLaw]) -> list[RidgeNetwork]:
-    """The same laws as networks without symmetry, all with as many ridges and features.
+    """Return the laws as networks without symmetry, with equal numbers of ridges and features.
 
     Parameters
     ----------
-    laws : ridge networks, turned or mirrored ones among them.
+    laws : ridge networks, which may be turned or mirrored.
 
     Raises
     ------
     ValueError
-        Where a law is none of these.
+        For a law of another kind.
     """
     networks = [_written_out(law) for law in laws]
     ridges = max(network.offsets.shape[0] for network in networks)
@@ -31,11 +32,11 @@ def in_common_form(laws: Sequence[SectionLaw]) -> list[RidgeNetwork]:
 
 
 def _written_out(law: SectionLaw) -> RidgeNetwork:
-    """The law with the ridges and features of each image written out."""
+    """Return the law with the ridges and features of each image written out."""
     if isinstance(law, TurnedLaw):
-        return seen(_written_out(law.law), INTO_TURNED[law.turns], np.roll(np.arange(3), -law.turns))
+        return transformed(_written_out(law.law), turn_matrix(law.turns), np.roll(np.arange(3), -law.turns))
     if isinstance(law, MirroredLaw):
-        return seen(_written_out(law.law), MIRROR, SWAPPED)
+        return transformed(_written_out(law.law), MIRROR, SWAPPED)
     if not isinstance(law, RidgeNetwork):
         raise ValueError(
             f"section: got a {type(law).__name__}, expected a ridge network, as calibrations hold"
@@ -44,7 +45,7 @@ def _written_out(law: SectionLaw) -> RidgeNetwork:
 
 
 def _padded(law: RidgeNetwork, ridges: int, features: int) -> RidgeNetwork:
-    """The law with ridges and features of no weight."""
+    """Return the law padded with ridges and features of zero weight."""
     more = ridges - law.offsets.shape[0], features - law.feature_biases.shape[0]
     return replace(
         law,

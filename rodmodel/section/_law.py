@@ -1,4 +1,4 @@
-"""What every section law offers: a potential of curvature and pressure, and its derivatives."""
+"""Abstract section law: a potential of curvature and pressure, and its derivatives."""
 
 import abc
 import functools
@@ -14,8 +14,8 @@ from jaxtyping import Array, Float
 def _compiled(method: Callable[..., Array]) -> Callable[..., Array]:
     """Compile a law's method once for all laws of one shape.
 
-    The law's numbers, such as its scales, become arrays first: as they are, each would be a constant of the
-    program, which another law could not share.
+    The law's numbers, such as its scales, first become arrays: floats would be constants of the compiled
+    program, and another law could not share it.
     """
     compiled = eqx.filter_jit(method)
 
@@ -31,9 +31,9 @@ def _compiled(method: Callable[..., Array]) -> Callable[..., Array]:
 class CurvatureLaw(eqx.Module):
     """Section potential at one fixed pressure: a function of the curvature alone.
 
-    The pressures are the same all along a rod, so a rod contracts its [`rodmodel.SectionLaw`][] once, by
-    [`rodmodel.SectionLaw.at`][], and integrates what is left. `energy`, `moment` and `stiffness` take one
-    curvature; `jax.vmap` them over many.
+    The pressures are uniform along a rod, so a rod contracts its [`rodmodel.SectionLaw`][] once, by
+    [`rodmodel.SectionLaw.at`][], and integrates with the result. `energy`, `moment` and `stiffness` take one
+    curvature; use `jax.vmap` for many.
     """
 
     free_curvature: eqx.AbstractVar[Float[Array, "3"]]
@@ -41,27 +41,27 @@ class CurvatureLaw(eqx.Module):
 
     @abc.abstractmethod
     def energy(self, curvature: Float[Array, "3"]) -> Float[Array, ""]:
-        """Potential Π per length [J/m], zero at rest without pressure."""
+        """Return the potential Π per length [J/m], zero at rest without pressure."""
 
     @abc.abstractmethod
     def moment(self, curvature: Float[Array, "3"]) -> Float[Array, "3"]:
-        """Moment ∂Π/∂u [N m], body frame."""
+        """Return the moment ∂Π/∂u [N m], body frame."""
 
     @abc.abstractmethod
     def stiffness(self, curvature: Float[Array, "3"]) -> Float[Array, "3 3"]:
-        """Tangent stiffness ∂²Π/∂u² [N m²], body frame, symmetric."""
+        """Return the tangent stiffness ∂²Π/∂u² [N m²], body frame, symmetric."""
 
 
 class SectionLaw(eqx.Module):
-    """Potential Π(u, p) per length of a uniform section, of which moment and chamber volume are the slopes.
+    """Potential Π(u, p) per length of a uniform section; moment and chamber volumes are its derivatives.
 
     With u the curvature and twist in the body frame, p the gauge pressures of the three chambers,
 
         ∂Π/∂u = m,    ∂Π/∂p = −V,    Π(0, 0) = 0,    û(0) = 0,
 
-    m the internal moment with the pressure on the section included, and V the chamber volumes per length.
-    As both derive from one potential, stiffness is symmetric and a cycle of pressure and bending loses no
-    work.
+    where m is the internal moment, including the pressure on the section, and V the chamber volumes per
+    length. As both derive from one potential, the stiffness is symmetric, and a cycle of pressure and bending
+    dissipates no work.
     """
 
     @abc.abstractmethod
@@ -74,68 +74,68 @@ class SectionLaw(eqx.Module):
         """
 
     def contracted(self, pressure: Float[Array, "3"]) -> CurvatureLaw:
-        """The law at a pressure, its free curvature not looked for: all but that is as `at` gives it."""
+        """Contract the law as `at` does, but without solving for the free curvature."""
         return self.at(pressure)
 
     @_compiled
     def potential(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, ""]:
-        """Potential Π per length [J/m].
+        """Return the potential Π per length [J/m].
 
         Parameters
         ----------
-        curvature : [1/m], body frame.
+        curvature : curvature and twist [1/m], body frame.
         pressure : gauge pressure of each chamber [Pa].
         """
         return self.contracted(pressure).energy(curvature)
 
     @_compiled
     def moment(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, "3"]:
-        """Internal moment ∂Π/∂u.
+        """Return the internal moment ∂Π/∂u.
 
         Parameters
         ----------
-        curvature : [1/m], body frame.
+        curvature : curvature and twist [1/m], body frame.
         pressure : gauge pressure of each chamber [Pa].
 
         Returns
         -------
-        moment : [N m], body frame; pressure on the section included.
+        moment : moment [N m], body frame, including the pressure on the section.
         """
         return self.contracted(pressure).moment(curvature)
 
     @_compiled
     def stiffness(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, "3 3"]:
-        """Tangent stiffness ∂²Π/∂u² at constant pressure.
+        """Return the tangent stiffness ∂²Π/∂u² at constant pressure.
 
         Parameters
         ----------
-        curvature : [1/m], body frame.
+        curvature : curvature and twist [1/m], body frame.
         pressure : gauge pressure of each chamber [Pa].
 
         Returns
         -------
-        stiffness : [N m²], body frame, symmetric.
+        stiffness : symmetric matrix [N m²], body frame.
         """
         return self.contracted(pressure).stiffness(curvature)
 
     @_compiled
     def volume(self, curvature: Float[Array, "3"], pressure: Float[Array, "3"]) -> Float[Array, "3"]:
-        """Chamber volumes per length, −∂Π/∂p.
+        """Return the chamber volumes per length, −∂Π/∂p.
 
         Parameters
         ----------
-        curvature : [1/m], body frame.
+        curvature : curvature and twist [1/m], body frame.
         pressure : gauge pressure of each chamber [Pa].
 
         Returns
         -------
-        volume : of each chamber, per length of the axis [m²].
+        volume : volume of each chamber per length of the axis [m²].
         """
         return -jax.jacfwd(self.potential, argnums=1)(curvature, pressure)
 
     @_compiled
     def free_curvature(self, pressure: Float[Array, "3"]) -> Float[Array, "3"]:
-        """Curvature û(p) at which the moment vanishes.
+        """Return the curvature û(p) at which the moment vanishes.
 
         Parameters
         ----------
@@ -143,6 +143,6 @@ class SectionLaw(eqx.Module):
 
         Returns
         -------
-        curvature : [1/m], body frame.
+        curvature : curvature and twist [1/m], body frame.
         """
         return self.at(pressure).free_curvature

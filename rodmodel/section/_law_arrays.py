@@ -1,4 +1,4 @@
-"""Laws of ridges from and to the plain arrays of a calibration file."""
+"""Conversion of ridge networks from and to the plain arrays of a calibration file."""
 
 from typing import Any
 
@@ -25,15 +25,15 @@ _SCALES = ("pressure_scale", "curvature_scale", "energy_scale", "rest_volume")
 
 
 def law_from_arrays(arrays: RidgeArrays) -> RidgeNetwork | OrientedNetwork:
-    """The law of a calibration, in arrays of JAX's default precision.
+    """Return the law of a calibration, in arrays of JAX's default precision.
 
     Parameters
     ----------
-    arrays : the law in numbers.
+    arrays : law as plain arrays.
 
     Returns
     -------
-    law : of one orientation; or of all, where the arrays hold orientation weights.
+    law : law of one orientation, or of all if the arrays include orientation weights.
     """
     leaves = {name: jnp.asarray(getattr(arrays, name), float) for name in _ARRAYS}
     scales = {name: getattr(arrays, name) for name in _SCALES}
@@ -46,16 +46,16 @@ def law_from_arrays(arrays: RidgeArrays) -> RidgeNetwork | OrientedNetwork:
 
 
 def arrays_of(law: RidgeNetwork | OrientedNetwork) -> RidgeArrays:
-    """The law in numbers, as calibration files hold it.
+    """Return a law as plain arrays, as calibration files hold it.
 
     Parameters
     ----------
-    law : of all orientations, or of one whose images share their w.
+    law : law of all orientations, or of one whose images share their biases w.
 
     Raises
     ------
     ValueError
-        Where the law is of another kind, or a number cannot be in a file.
+        For a law of another kind, or a number that a file cannot hold.
     """
     network = law.network if isinstance(law, OrientedNetwork) else law
     if not isinstance(network, RidgeNetwork):
@@ -64,7 +64,7 @@ def arrays_of(law: RidgeNetwork | OrientedNetwork) -> RidgeArrays:
         )
     if network.feature_biases.ndim != 1:
         raise ValueError(
-            f"section_law.feature_biases: got shape {network.feature_biases.shape}, expected one bias a "
+            f"section_law.feature_biases: got shape {network.feature_biases.shape}, expected one bias per "
             "feature; save the law of all orientations that this one came from"
         )
     parts: dict[str, Any] = {name: np.asarray(getattr(network, name)) for name in _ARRAYS}

@@ -1,4 +1,4 @@
-"""The simplest section law: moments linear in the curvature, free curvature linear in the pressures."""
+"""Linear section law: moments linear in the curvature, free curvature linear in the pressures."""
 
 import math
 from typing import final
@@ -12,15 +12,15 @@ from rodmodel.section._law import CurvatureLaw, SectionLaw
 
 @final
 class LinearLaw(SectionLaw):
-    """Section of constant stiffness, whose free curvature is proportional to the pressures.
+    """Section of constant stiffness with a free curvature proportional to the pressures.
 
         Π(u, p) = ½ (u − C p)ᵀ K (u − C p) − V₀ Σ p_k
 
     Attributes
     ----------
-    section_stiffness : K, symmetric [N m²]: bending about the two axes of the section, and twist.
-    curvature_by_pressure : C [1/(m Pa)], a column for each chamber.
-    rest_volume : V₀, chamber volume per length at rest [m²].
+    section_stiffness : stiffness K, symmetric [N m²], of bending about the section's two axes, and of twist.
+    curvature_by_pressure : C [1/(m Pa)], with a column for each chamber.
+    rest_volume : chamber volume V₀ per length at rest [m²].
     """
 
     section_stiffness: Float[Array, "3 3"]
@@ -28,7 +28,7 @@ class LinearLaw(SectionLaw):
     rest_volume: Number = 0.0
 
     def __check_init__(self) -> None:
-        """Refuse arrays of other shapes, and a volume that is not finite."""
+        """Refuse arrays of wrong shapes, and a volume that is not finite."""
         for name in ("section_stiffness", "curvature_by_pressure"):
             if jnp.shape(getattr(self, name)) != (3, 3):
                 raise ValueError(f"{name}: got shape {jnp.shape(getattr(self, name))}, expected (3, 3)")
@@ -53,15 +53,15 @@ class LinearCurvatureLaw(CurvatureLaw):
     constant: Float[Array, ""]
 
     def energy(self, curvature: Float[Array, "3"]) -> Float[Array, ""]:
-        """Potential Π [J/m]."""
+        """Return the potential Π [J/m]."""
         w = curvature - self.free_curvature
         return 0.5 * w @ self.section_stiffness @ w + self.constant
 
     def moment(self, curvature: Float[Array, "3"]) -> Float[Array, "3"]:
-        """Moment ∂Π/∂u [N m]."""
+        """Return the moment ∂Π/∂u [N m]."""
         return self.section_stiffness @ (curvature - self.free_curvature)
 
     def stiffness(self, curvature: Float[Array, "3"]) -> Float[Array, "3 3"]:
-        """Tangent stiffness ∂²Π/∂u² [N m²]."""
+        """Return the tangent stiffness ∂²Π/∂u² [N m²]."""
         del curvature
         return self.section_stiffness

@@ -1,39 +1,34 @@
-"""Section laws of all orientations ψ of a double helix, in one network."""
+"""One network for the section laws of all orientations ψ of a double helix."""
 
-import math
 from dataclasses import replace
 from typing import final
 
 import equinox as eqx
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
+from rodmodel.io import SIGNS, TURNS
 from rodmodel.section._ridge_network import RidgeNetwork
-
-# ψ of the images of a state, in the order of the full symmetry: sign · (ψ − 120° turns).
-_SIGNS = np.repeat([1.0, -1.0], 3)
-_TURNS = np.tile(np.arange(3), 2) * (2.0 * math.pi / 3.0)
 
 
 @final
 class OrientedNetwork(eqx.Module):
-    """Network of ridges whose hidden functions of the pressures are functions of ψ too.
+    """Ridge network whose hidden features depend on the pressures and on ψ.
 
-    A turn by 120° or a mirror takes a double helix at ψ to one at another: with U and S what they do to
-    curvature and pressures,
+    A turn by 120° or a mirror maps a double helix at ψ to one at another orientation. With U and M the maps
+    of the curvature, S and S' those of the pressures,
 
         Π(u, p; ψ) = Π(U u, S p; ψ − 120°) = Π(M u, S' p; −ψ),
 
-    and the threads cross at ψ and ψ + 180° alike. All of this holds exactly: the network is the mean over
-    these images, and knows ψ as cos 2ψ and sin 2ψ,
+    and the threads cross at both ψ and ψ + 180°. All of this holds exactly, as the network is the mean over
+    these images, and takes ψ as cos 2ψ and sin 2ψ,
 
         h(q, ψ) = (q, tanh(W q + V (cos 2ψ, sin 2ψ) + w)).
 
     Attributes
     ----------
-    network : the network with W and w, of full symmetry.
-    orientation_weights : V.
+    network : network of full symmetry with W and w.
+    orientation_weights : V, (features, 2).
     """
 
     network: RidgeNetwork
@@ -42,7 +37,7 @@ class OrientedNetwork(eqx.Module):
     def __check_init__(self) -> None:
         """Refuse weights that do not fit the network."""
         if self.network.symmetry != "full" or self.network.feature_biases.ndim != 1:
-            raise ValueError("network: got one of a single orientation, expected full symmetry and one w")
+            raise ValueError("network: got a law of a single orientation, expected full symmetry and one w")
         expected = (len(self.network.feature_biases), 2)
         if self.orientation_weights.shape != expected:
             raise ValueError(
@@ -50,9 +45,9 @@ class OrientedNetwork(eqx.Module):
             )
 
     def at_psi(self, psi: Float[ArrayLike, ""]) -> RidgeNetwork:
-        """Section law of the winding at an orientation ψ [rad]; differentiable in it."""
+        """Return the section law of the winding at ψ [rad], differentiable by it."""
         dtype = self.orientation_weights.dtype
-        twice = 2.0 * jnp.asarray(_SIGNS, dtype) * (psi - jnp.asarray(_TURNS, dtype))
+        twice = 2.0 * jnp.asarray(SIGNS, dtype) * (psi - jnp.asarray(TURNS, dtype))
         harmonics = jnp.stack([jnp.cos(twice), jnp.sin(twice)], axis=1)
         biases = self.network.feature_biases + harmonics @ self.orientation_weights.T
         return replace(self.network, feature_biases=biases)

@@ -1,4 +1,4 @@
-"""The section law that calibrations ship: ridge functions of the curvature that move with the pressures."""
+"""The calibrated section law: ridge functions of the curvature whose offsets depend on the pressures."""
 
 import math
 from typing import final
@@ -9,36 +9,31 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from rodmodel.actuator import Number
+from rodmodel.io import IMAGES, images_of
 from rodmodel.section._law import SectionLaw
 from rodmodel.section._ridges import RidgeLaw, ridge, ridge_slope
-from rodmodel.section._turned import INTO_TURNED, MIRROR, SWAPPED
 
-_THIRDS = [(INTO_TURNED[turns], np.roll(np.arange(3), -turns)) for turns in range(3)]
-#: By name, the images (U u, p[order]) of a state (u, p) at which the potential is the same.
-SYMMETRIES: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {
-    "none": _THIRDS[:1],
-    "mirror": [_THIRDS[0], (MIRROR, SWAPPED)],
-    "full": [*_THIRDS, *((MIRROR @ turn, order[SWAPPED]) for turn, order in _THIRDS)],
-}
+#: U and order of the images (U u, p[order]) of a state at which the potential is the same, by symmetry.
+SYMMETRIES = {symmetry: images_of(symmetry) for symmetry in IMAGES}
 
 
 @final
 class RidgeNetwork(SectionLaw):
-    """Network of one hidden layer in the curvature, its offsets a network of the pressures.
+    """Network of one hidden layer in the curvature, whose offsets are a network of the pressures.
 
         Π(u, p) = −V₀ Σ (p − p₀)_k + E mean over images [F(x, q) − F(0, q₀) − ∂F/∂x(0, q₀)·x] + ½ E xᵀ A₀ x
         F(x, q) = ½ |Lᵀ x|² + Σ_j c_j φ(d_j·x + e_j·h(q) + b_j) + v·h(q)
         h(q) = (q, tanh(W q + w)),    x = u/u_s,    q = p/p_s,    φ'(z) = (1 + z²)⁻²
 
     The mean is over the images of the state under the section's symmetry. At one pressure this is a sum of
-    ridges of the curvature alone (see `RidgeLaw`), which a rod is integrated with. Potential and moment
+    ridges of the curvature alone (see `RidgeLaw`), with which a rod is integrated. Potential and moment
     vanish at rest, at the pressures p₀ = q₀ p_s. The free curvature is the root of the moment near a guess
-    that is linear in h, G (h(q) − h(q₀)). q₀ and A₀ are zero but in a law adjusted to an actuator of one's
-    own, see `rodmodel.io.adjusted`, which has no symmetry.
+    that is linear in h, G (h(q) − h(q₀)). Only a law adjusted to an individual actuator, which has no
+    symmetry, has q₀ and A₀ (see `rodmodel.io.adjusted`); in others they are zero.
 
     Attributes
     ----------
-    feature_weights, feature_biases : W and w; the images may have a w each, (images, features).
+    feature_weights, feature_biases : W and w; each image may have its own w, (images, features).
     directions, mixing, offsets, weights : d, e, b and c.
     factor : lower triangle of L by rows, entries 11, 21, 22, 31, 32, 33. Far from all ridges the section has
         the stiffness L Lᵀ, and is stable.
@@ -47,11 +42,11 @@ class RidgeNetwork(SectionLaw):
     pressure_scale : p_s [Pa].
     curvature_scale : u_s [1/m].
     energy_scale : E [J/m].
-    rest_volume : V₀, chamber volume per length at rest [m²], up to what F adds.
-    symmetry : of the section: ``none``; ``mirror``, y → −y, as at ψ = 0; ``full``, with 120° turns too, as of
-        rings.
+    rest_volume : V₀, chamber volume per length at rest [m²], apart from the part of F.
+    symmetry : symmetry of the section: ``none``; ``mirror``, y → −y, as at ψ = 0; ``full``, with 120° turns
+        too, as for rings.
     rest_pressures : q₀, (3,), or None for zeros.
-    quadratic : A₀, its lower triangle by rows, or None for zeros.
+    quadratic : lower triangle of A₀ by rows, or None for zeros.
     """
 
     feature_weights: Float[Array, "_ _"]
@@ -107,7 +102,7 @@ class RidgeNetwork(SectionLaw):
 
     @property
     def images(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Of a state (u, p) under the symmetry, itself included: (U u, p[order]) for each U and order."""
+        """U and order of the images (U u, p[order]) of a state under the symmetry, itself included."""
         return SYMMETRIES[self.symmetry]
 
     def at(self, pressure: Float[Array, "3"]) -> RidgeLaw:
@@ -115,7 +110,7 @@ class RidgeNetwork(SectionLaw):
         return self.contracted(pressure).settled()
 
     def contracted(self, pressure: Float[Array, "3"]) -> RidgeLaw:
-        """The law at one pressure, its free curvature the guess still."""
+        """Contract the law, with the guess as free curvature."""
         turns = jnp.asarray(np.stack([turn for turn, _ in self.images]), self.offsets.dtype)
         orders = np.stack([order for _, order in self.images])
         share = 1.0 / len(orders)
@@ -124,7 +119,7 @@ class RidgeNetwork(SectionLaw):
         inputs, rest = self.features(scaled), self.features(straight)
         change = inputs - rest
         mixed, at_rest = inputs @ self.mixing.T + self.offsets, rest @ self.mixing.T + self.offsets
-        # Of each image, in the axes of the section: (images, ridges, 3).
+        # Directions of each image in the axes of the section, (images, ridges, 3).
         directions = jnp.einsum("jk,ikl->ijl", self.directions, turns)
         lower = jnp.zeros((3, 3), self.factor.dtype).at[np.tril_indices(3)].set(self.factor)
         turned = jnp.swapaxes(turns, 1, 2) @ lower
@@ -148,6 +143,6 @@ class RidgeNetwork(SectionLaw):
         )
 
     def features(self, inputs: Float[Array, "images 3"]) -> Float[Array, "images inputs"]:
-        """Inputs h(q) of the network, of the scaled pressures q of each image."""
+        """Return the features h(q) for the scaled pressures q of each image."""
         hidden = jnp.tanh(inputs @ self.feature_weights.T + self.feature_biases)
         return jnp.concatenate([inputs, hidden], axis=1)

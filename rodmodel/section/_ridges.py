@@ -1,4 +1,4 @@
-"""A sum of ridge functions of the curvature: the section law at one pressure."""
+"""The ridge network at one pressure: a quadratic of the curvature and a sum of ridge functions."""
 
 from dataclasses import replace
 from typing import final
@@ -11,19 +11,20 @@ from rodmodel.actuator import Number
 from rodmodel.section._law import CurvatureLaw
 from rodmodel.section._solve_3x3 import solve_3x3
 
-# Newton's method for the free curvature: its longest step, in units of the law's curvature scale, and most.
+# Longest Newton step for the free curvature, over the law's curvature scale.
 _LONGEST = 0.2
+# Largest number of these steps.
 _MOST = 60
 
 
 @final
 class RidgeLaw(CurvatureLaw):
-    """Ridge functions on a quadratic.
+    """Quadratic of the curvature with a sum of ridge functions.
 
         Π(u) = E [a + g·x + ½ xᵀ A x + Σ_j c_j φ(d_j·x + b_j)],    x = u/u_s
 
-    with φ = ½ [z/(1 + z²) + arctan z], whose slope is (1 + z²)⁻². E [J/m] and u_s [1/m] are scales that make
-    the coefficients numbers near one. φ is bounded, and its slopes cost one division; far from all ridges the
+    with φ = ½ [z/(1 + z²) + arctan z], whose slope is (1 + z²)⁻². The scales E [J/m] and u_s [1/m] bring the
+    coefficients near one. φ is bounded, and its derivatives need a single division; far from all ridges the
     law is linear, with stiffness A.
     """
 
@@ -38,37 +39,37 @@ class RidgeLaw(CurvatureLaw):
     curvature_scale: Number
 
     def energy(self, curvature: Float[Array, "3"]) -> Float[Array, ""]:
-        """Potential Π [J/m]."""
+        """Return the potential Π [J/m]."""
         x = curvature / self.curvature_scale
         smooth = self.constant + (self.slope + 0.5 * self.quadratic @ x) @ x
         return self.energy_scale * (smooth + self.weights @ ridge(self.directions @ x + self.offsets))
 
     def moment(self, curvature: Float[Array, "3"]) -> Float[Array, "3"]:
-        """Moment ∂Π/∂u [N m]."""
+        """Return the moment ∂Π/∂u [N m]."""
         x = curvature / self.curvature_scale
         ridges = (self.weights * ridge_slope(self.directions @ x + self.offsets)) @ self.directions
         return self.energy_scale / self.curvature_scale * (self.slope + self.quadratic @ x + ridges)
 
     def stiffness(self, curvature: Float[Array, "3"]) -> Float[Array, "3 3"]:
-        """Tangent stiffness ∂²Π/∂u² [N m²]."""
+        """Return the tangent stiffness ∂²Π/∂u² [N m²]."""
         z = self.directions @ (curvature / self.curvature_scale) + self.offsets
         bend = -4.0 * self.weights * z * (1.0 + z**2) ** -3
         ridges = self.directions.T @ (bend[:, None] * self.directions)
         return self.energy_scale / self.curvature_scale**2 * (self.quadratic + ridges)
 
     def settled(self) -> "RidgeLaw":
-        """The same law with the root of its moment near the free curvature that it came with.
+        """Return the law with its free curvature, the root of the moment near the present guess.
 
-        Derivatives follow from the implicit function theorem. Where no root is found, it is not a number.
+        Derivatives follow from the implicit function theorem. If no root is found, it is NaN.
         """
         return replace(self, free_curvature=_root(self))
 
 
 @jax.custom_jvp
 def _root(law: RidgeLaw) -> Float[Array, "3"]:
-    """Curvature without moment, near the law's free curvature: Newton's method, its steps limited."""
+    """Find the root of the moment near the law's free curvature, by Newton's method with limited steps."""
     longest = _LONGEST * law.curvature_scale
-    # After such a change the next would be a rounding, as it is about the square.
+    # Newton's method converges quadratically: after a change of this size the next would be a rounding.
     limit = jnp.finfo(law.free_curvature.dtype).eps ** 0.5 * law.curvature_scale
 
     def unfinished(at: tuple[Array, Array, Array]) -> Array:
@@ -88,17 +89,17 @@ def _root(law: RidgeLaw) -> Float[Array, "3"]:
 
 @_root.defjvp
 def _root_jvp(primals: tuple[RidgeLaw], tangents: tuple[RidgeLaw]) -> tuple[Array, Array]:
-    """Tangent of the root, K δu = −δm."""
+    """Return the root and its tangent δu, with K δu = −δm."""
     root = _root(*primals)
-    moved = jax.jvp(lambda law: law.moment(root), primals, tangents)[1]
-    return root, -solve_3x3(primals[0].stiffness(root), moved)
+    moment_dot = jax.jvp(lambda law: law.moment(root), primals, tangents)[1]
+    return root, -solve_3x3(primals[0].stiffness(root), moment_dot)
 
 
 def ridge(z: Float[Array, "*n"]) -> Float[Array, "*n"]:
-    """Ridge function φ."""
+    """Evaluate the ridge function φ."""
     return 0.5 * (z / (1.0 + z * z) + jnp.arctan(z))
 
 
 def ridge_slope(z: Float[Array, "*n"]) -> Float[Array, "*n"]:
-    """Its slope φ'."""
+    """Evaluate the slope φ' of the ridge function."""
     return (1.0 + z * z) ** -2

@@ -1,6 +1,5 @@
-"""A section law seen from another chamber or in a mirror: the same section, its chambers numbered anew."""
+"""Section laws of turned and mirrored windings: the same section, with the chambers renumbered."""
 
-import math
 from typing import final
 
 import equinox as eqx
@@ -8,26 +7,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from rodmodel.io import MIRROR, SWAPPED, turn_matrix
 from rodmodel.section._law import CurvatureLaw, SectionLaw
-
-# By turns of 120°: components in the turned axes from those in the given axes, R_z(−120° k).
-_COS = (1.0, -0.5, -0.5)
-_SIN = (0.0, math.sqrt(0.75), -math.sqrt(0.75))
-INTO_TURNED = np.array(
-    [[[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]] for c, s in zip(_COS, _SIN, strict=True)]
-)
-
-
-MIRROR = np.diag([-1.0, 1.0, -1.0])  # of curvatures, y → −y
-SWAPPED = np.array([0, 2, 1])  # chambers in the mirror
 
 
 @final
 class TurnedLaw(SectionLaw):
-    """Law of a section whose winding lies 120° · `turns` further round than that of `law`.
+    """Law of a section whose winding is turned by 120° · `turns` from that of `law`.
 
-    Seen from axes that turn with the winding, chamber 1 + `turns` is chamber 1 and the section is that of
-    `law`:
+    In axes that turn with the winding, chamber 1 + `turns` is chamber 1, and the section is that of `law`:
 
         Π(u, p) = Π_law(R_z(−120° turns) u, (p_{1+turns}, p_{2+turns}, p_{3+turns}))
 
@@ -41,32 +29,32 @@ class TurnedLaw(SectionLaw):
     turns: int = eqx.field(static=True)
 
     def __check_init__(self) -> None:
-        """Refuse a turn that is none or more than one."""
+        """Refuse other numbers of turns than 1 and 2."""
         if self.turns not in (1, 2):
             raise ValueError(f"turns: got {self.turns}, expected 1 or 2 (times 120 degrees)")
 
     def at(self, pressure: Float[Array, "3"]) -> CurvatureLaw:
         """Contract the law to a function of the curvature."""
-        return CurvatureLawInAxes(self.law.at(jnp.roll(pressure, -self.turns)), INTO_TURNED[self.turns])
+        return CurvatureLawInAxes(self.law.at(jnp.roll(pressure, -self.turns)), turn_matrix(self.turns))
 
     def contracted(self, pressure: Float[Array, "3"]) -> CurvatureLaw:
         """See `SectionLaw.contracted`."""
         return CurvatureLawInAxes(
-            self.law.contracted(jnp.roll(pressure, -self.turns)), INTO_TURNED[self.turns]
+            self.law.contracted(jnp.roll(pressure, -self.turns)), turn_matrix(self.turns)
         )
 
 
 @final
 class MirroredLaw(SectionLaw):
-    """Law of the mirror image y → −y of a section: of the winding at −ψ, chambers 2 and 3 swapped.
+    """Law of the mirror image y → −y of a section: the winding at −ψ, with chambers 2 and 3 swapped.
 
         Π(u, p) = Π_law(−u₁, u₂, −u₃, p₁, p₃, p₂)
 
-    Curvatures about axes in the mirror's plane change their sign, as all turns do that a mirror shows.
+    Curvatures about axes in the mirror plane change their sign, as axial vectors do.
 
     Attributes
     ----------
-    law : the law of the section itself.
+    law : law of the section itself.
     """
 
     law: SectionLaw
@@ -82,12 +70,12 @@ class MirroredLaw(SectionLaw):
 
 @final
 class CurvatureLawInAxes(CurvatureLaw):
-    """Law at one pressure, Π(Q u), of curvatures whose components in the law's own axes are Q u."""
+    """Law Π(Q u) at one pressure, where Q u are the components of the curvature in the law's own axes."""
 
     law: CurvatureLaw
     free_curvature: Float[Array, "3"]
     axes: Float[Array, "3 3"]
-    """Q, orthogonal."""
+    """Orthogonal matrix Q."""
 
     def __init__(self, law: CurvatureLaw, axes: np.ndarray) -> None:
         self.law = law
@@ -95,13 +83,13 @@ class CurvatureLawInAxes(CurvatureLaw):
         self.free_curvature = self.axes.T @ law.free_curvature
 
     def energy(self, curvature: Float[Array, "3"]) -> Float[Array, ""]:
-        """Potential Π [J/m]."""
+        """Return the potential Π [J/m]."""
         return self.law.energy(self.axes @ curvature)
 
     def moment(self, curvature: Float[Array, "3"]) -> Float[Array, "3"]:
-        """Moment ∂Π/∂u [N m]."""
+        """Return the moment ∂Π/∂u [N m]."""
         return self.axes.T @ self.law.moment(self.axes @ curvature)
 
     def stiffness(self, curvature: Float[Array, "3"]) -> Float[Array, "3 3"]:
-        """Tangent stiffness ∂²Π/∂u² [N m²]."""
+        """Return the tangent stiffness ∂²Π/∂u² [N m²]."""
         return self.axes.T @ self.law.stiffness(self.axes @ curvature) @ self.axes

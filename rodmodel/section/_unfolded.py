@@ -1,4 +1,4 @@
-"""A network of ridges with images of its symmetry written out: the same potential from more ridges."""
+"""Ridge networks of less symmetry: the same potential, with images written out as more ridges."""
 
 from dataclasses import replace
 
@@ -8,36 +8,37 @@ from jaxtyping import Array, Float
 
 from rodmodel.section._ridge_network import SYMMETRIES, RidgeNetwork
 
-_ROWS, _COLUMNS = np.tril_indices(3)  # of a factor's entries
+# Indices of the entries of a triangular factor.
+_ROWS, _COLUMNS = np.tril_indices(3)
 
 
 def unfolded(law: RidgeNetwork, symmetry: str = "none") -> RidgeNetwork:
-    """The same potential as a network of less symmetry.
+    """Return the same potential as a network of less symmetry.
 
-    The mean of F over all images is that, over the images of the lesser symmetry, of the mean over some of
-    F(U x, q[order]), one of every set of images that the lesser symmetry makes of each other; and that is a
-    network again, with the ridges and hidden functions of all of these.
+    The lesser symmetry is a subgroup, which divides the images into cosets. The mean of F over all images is
+    the mean, over the images of the lesser symmetry, of the mean over one image F(U x, q[order]) of every
+    coset. The inner mean is a network again, with the ridges and features of these images.
 
     Parameters
     ----------
-    law : whose images share their w, unless all of them are written out.
-    symmetry : a part of the law's own: ``full``, ``mirror`` or ``none``.
+    law : network to expand; its images share their biases w, unless all of them are written out.
+    symmetry : a part of the law's own symmetry: ``full``, ``mirror`` or ``none``.
 
     Raises
     ------
     ValueError
-        Where the symmetry is no part of the law's, or images that have a w each would be left.
+        For a symmetry that is no part of the law's, or that keeps images with different biases.
     """
     kept = [order for _, order in SYMMETRIES.get(symmetry, [])]
     if not kept or not {tuple(order) for order in kept} <= {tuple(order) for _, order in law.images}:
         raise ValueError(f"symmetry: got {symmetry!r}, expected a part of the law's own, {law.symmetry!r}")
     if law.feature_biases.ndim == 2 and len(kept) > 1:
-        raise ValueError(f"symmetry: got {symmetry!r}, expected 'none' of a law whose images have a w each")
+        raise ValueError(f"symmetry: got {symmetry!r}, expected 'none' for a law with biases for each image")
     biases = jnp.broadcast_to(law.feature_biases, (len(law.images), law.feature_biases.shape[-1]))
     parts, covered = [], set()
     for own, (turn, order) in zip(biases, law.images, strict=True):
         if tuple(order) not in covered:
-            parts.append(seen(replace(law, feature_biases=own, symmetry="none"), turn, order))
+            parts.append(transformed(replace(law, feature_biases=own, symmetry="none"), turn, order))
             covered |= {tuple(other[order]) for other in kept}
     share = 1.0 / len(parts)
     ridges = [part.mixing[:, 3:] for part in parts]
@@ -61,8 +62,8 @@ def unfolded(law: RidgeNetwork, symmetry: str = "none") -> RidgeNetwork:
     )
 
 
-def seen(law: RidgeNetwork, turn: np.ndarray, order: np.ndarray) -> RidgeNetwork:
-    """Law Π(U u, p[order]) of a network without symmetry."""
+def transformed(law: RidgeNetwork, turn: np.ndarray, order: np.ndarray) -> RidgeNetwork:
+    """Return the law Π(U u, p[order]) for a network Π without symmetry."""
     axes = jnp.asarray(turn, law.offsets.dtype)
     back = np.argsort(order)  # e · p[order] = e[back] · p
 
@@ -85,7 +86,7 @@ def seen(law: RidgeNetwork, turn: np.ndarray, order: np.ndarray) -> RidgeNetwork
 
 
 def _of_all(parts: list[Float[Array, "*n h"]]) -> Float[Array, "*n g"]:
-    """Factors of (q, hidden of all images), from those of (q, hidden) of each."""
+    """Combine the factors of (q, hidden) of each image into those of (q, hidden of all images)."""
     return jnp.concatenate(
         [sum(part[..., :3] for part in parts), *(part[..., 3:] for part in parts)], axis=-1
     )

@@ -61,7 +61,8 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _recorded() -> dict[str, Outcome]:
+def recorded_outcomes() -> dict[str, Outcome]:
+    """The recorded outcome of every case that has one."""
     if not RECORD.exists():
         return {}
     return {name: Outcome(**outcome) for name, outcome in json.loads(RECORD.read_text()).items()}
@@ -96,7 +97,7 @@ def main() -> int:
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.3)
     prepare_process()
     names = arguments.only or list(CASES)
-    recorded, found, status = _recorded(), {}, 0
+    recorded, found, status = recorded_outcomes(), {}, 0
     if not arguments.json:
         print(f"{'case':22s} {'iter.':>5s} {'fact.':>6s} {'s':>7s}  {'outcome':9s} {'angle/deg':>10s}  jumps")
     try:
@@ -112,7 +113,10 @@ def main() -> int:
         status = 130
     changed = {name: outcome.changes(recorded[name]) for name, outcome in found.items() if name in recorded}
     if arguments.json:
-        rows = {name: outcome.record() | {"changed": changed.get(name)} for name, outcome in found.items()}
+        rows = {
+            name: {"why": CASES[name].why} | outcome.record() | {"changed": changed.get(name)}
+            for name, outcome in found.items()
+        }
         json.dump({"cases": rows, "settings": settings | dict(arguments.set)}, sys.stdout)
         print()
     else:

@@ -23,10 +23,11 @@ from tests.benchmark.hard_cases.outcome import Case
 from tests.benchmark.studies.robustness import designs
 from tests.fem_fixtures import TINY
 
-#: Half again as many elements around a chamber and through the partitions: walls snap later than on `TINY`.
+#: More elements around a chamber: its walls are not crushed above 57 kPa, as those of `TINY` are.
 FINER = MeshLevel(3, 8, 2, 2, 1, 1, 1, 0.75)
 SHORT = ActuatorGeometry(body_length=9e-3, cap_length=3e-3)
-LONGER = ActuatorGeometry(body_length=20e-3, cap_length=3e-3)
+MIDDLE = ActuatorGeometry(body_length=20e-3, cap_length=3e-3)
+LONG = ActuatorGeometry(body_length=30e-3, cap_length=3e-3)
 _SLACK = Thread(slack_share=1e-4)
 
 
@@ -66,7 +67,6 @@ def _pressed(why: str, *pressures: tuple[float, float, float], **body: Any) -> C
 
 CASES: dict[str, Case] = {
     "walls-press": _free("the walls of two chambers press on each other", (30, 30, 0), (50, 50, 0)),
-    "walls-press-mirrored": _free("the same for chambers 2 and 3, to 54 kPa", (0, 30, 30), (0, 54, 54)),
     "rings": _free("one chamber within rings, to 60 kPa", (60, 0, 0), winding=Ring()),
     "six-helices": _free("two chambers in a period of two layers", (40, 40, 0), winding=SixHelix()),
     "sliding": _free("the silicone slides on the rod", (30, 30, 0), (50, 0, 0), end_compliance=0.23e-3),
@@ -91,12 +91,12 @@ CASES: dict[str, Case] = {
     ),
     "unloading": _free("up beyond buckling and down again", (0, 55, 0), (0, 66, 0), (0, 55, 0), level=FINER),
     "ends-at-instability": _free(
-        "walls lose their balance, where the path is to end", (0, 70, 0), jumps=False
+        "walls lose their balance, where the path is to end", (0, 50, 0), (0, 70, 0), jumps=False
     ),
-    "random-0": _random("walls snap within six helices, pressures that differ", 0),
-    "random-2": _random("walls snap on loading and on unloading", 2),
-    "random-8": _random("chambers are let go one after another", 8),
-    "random-18": _random("the coarse walls are crushed: the solver gives up", 18),
+    "random-0": _random("a chamber is let go at a long pitch, and walls snap", 0),
+    "random-2": _random("walls snap within six helices, on loading and on unloading", 2),
+    "random-8": _random("chambers within rings are let go one after another", 8),
+    "random-18": _random("a body without a winding swells until the solver gives up", 18),
     "short-up-and-down": _pressed("chamber 2 of an actuator, loaded and unloaded", (0, 70, 0), (0, 30, 0)),
     "short-slack-thread": _pressed(
         "an actuator whose thread goes slack", (10, 0, 0), (60, 0, 0), thread=_SLACK
@@ -108,7 +108,10 @@ CASES: dict[str, Case] = {
             ActuatorLoad((40e3, 0.0, 0.0), tip_force=(0.05, 0.0, -0.5), follower=True),
         ],
     ),
-    "longer-chamber-2": _pressed(
-        "an actuator that leaves its plane", (0, 60, 0), (0, 70, 0), geometry=LONGER
+    "middle-two-chambers": _pressed(
+        "two unequal chambers sway about the rod: viscosity and the rod's curvature",
+        (45, 50, 0),
+        geometry=MIDDLE,
     ),
+    "long-chamber-2": _pressed("a longer body in wall contact, out of its plane", (0, 70, 0), geometry=LONG),
 }

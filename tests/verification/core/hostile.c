@@ -144,7 +144,7 @@ static void check_solution(const rm_solution *s, int returned, long row)
         fail("what is returned is not the result", row);
     }
     if (returned == RM_SUCCESSFUL && !(sound && s->load_fraction == 1)) {
-        fail("a successful solution holds a NaN, or not the whole load", row);
+        fail("a successful solution holds a NaN, or not the full load", row);
     }
     if (s->in_domain && s->angle_error != s->angle_error) {
         fail("a solution in the domain has no error", row);

@@ -38,7 +38,7 @@
 #define RM_PI R(3.141592653589793238462643)
 
 /* Sums over ridges have one partial sum per lane, as successive additions to a single sum wait for each other.
- * Compilers with GNU extensions have vector types; with others, and on processors without vectors, there is one lane. */
+ * Compilers with GNU extensions have vector types; others, and processors without vectors, have one lane. */
 #if defined(__GNUC__) && defined(__AVX512F__)
 #define RM_LANES 8
 #elif defined(__GNUC__) && defined(__AVX__)

@@ -157,9 +157,9 @@ RM_INLINE vec drift_rise(const rm_node *nodes, int steps, int n)
     return along(rise, (rm_real)(n - m), along(add(before, after), R(-2.0), vec_of(nodes[m].drift)));
 }
 
-/* Pose at the arc length s from the nodes: Magnus' expansion of order 4 with the curvature at two Gauss points. Iserles,
- * Munthe-Kaas, Norsett and Zanna (2000), Acta Numerica 9, 215, sec. 5; brackets have the opposite sign here, as the
- * frame is multiplied from the right. */
+/* Pose at the arc length s from the nodes: Magnus' expansion of order 4 with the curvature at two Gauss points.
+ * Iserles, Munthe-Kaas, Norsett and Zanna (2000), Acta Numerica 9, 215, sec. 5; brackets have the opposite sign here,
+ * as the frame is multiplied from the right. */
 static quat pose_between(const rm_node *nodes, int steps, rm_real length, rm_real s, vec *position, vec *turn)
 {
     /* The factor lifts a section a rounding below a node onto the node. */

@@ -34,13 +34,9 @@ def test_steps_are_no_larger_than_asked_and_begin_at_rest(paths):
         assert steps.max() <= 1.0 / MOMENT_STEPS * (1 + 1e-9), path.name
 
 
-def test_a_seed_always_gives_the_same_paths_and_another_seed_others(paths):
-    assert design_paths(DOMAIN, 120, seed=3, pressure_step=STEP) == paths
-    assert design_paths(DOMAIN, 120, seed=4, pressure_step=STEP) != paths
-
-
-def test_a_longer_design_begins_with_the_shorter_one(paths):
-    assert design_paths(DOMAIN, 50, seed=3, pressure_step=STEP) == paths[:50]
+def test_a_seed_always_gives_the_same_paths_and_a_longer_design_begins_with_the_shorter_one(paths):
+    assert design_paths(DOMAIN, 30, seed=3, pressure_step=STEP) == paths[:30]
+    assert design_paths(DOMAIN, 30, seed=4, pressure_step=STEP) != paths[:30]
 
 
 def test_a_fifth_is_held_out_with_pressure_in_all_chambers_half_of_it_with_moment(paths):

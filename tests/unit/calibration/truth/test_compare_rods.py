@@ -268,12 +268,12 @@ def test_the_command_writes_the_ends_into_files(known_cell, tmp_path, capsys):
     rodmodel.save_calibration(made, file)
     assert main(["ends", str(truth), str(file), "--end-compliance-mm-per-n", "0"]) == 0
     told = capsys.readouterr().out
-    assert "ends give by 0.200 ± 0.000 mm/N, from 5 states" in told
-    assert "less the turn of            3.100 ± 0.000 mm" in told
+    assert "end compliance 0.200 ± 0.000 mm/N, from 5 states" in told
+    assert "base lag                    3.100 ± 0.000 mm" in told
     written = rodmodel.read_calibration(file)
     for name, planted in PLANTED.items():
         assert getattr(written.actuator, name) == pytest.approx(planted, rel=1e-6)
-    assert "under a force sections lean by 0.300 ± 0.000 rad/N" in told
+    assert "shear compliance 0.300 ± 0.000 rad/N" in told
     assert written.actuator.shear_compliance == pytest.approx(0.3, rel=1e-12)
     assert written.provenance["ends"]["states"] == 5
     assert written.provenance["ends"]["compliance_m_per_n"] == 0.0

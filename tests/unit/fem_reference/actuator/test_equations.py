@@ -10,8 +10,9 @@ from fem_reference.actuator.equations import ActuatorEquations
 from fem_reference.actuator.load import ActuatorTarget
 from fem_reference.actuator.model import ActuatorModel
 from fem_reference.actuator.pose import axis_shape
+from fem_reference.elements import pressure_groups
 from fem_reference.mesh import MeshLevel
-from tests.fem_fixtures import QUADRATIC, TINY, assemble, difference, relative_error, rotation
+from tests.fem_fixtures import QUADRATIC, TINY, assemble, difference, relative_error, rotation, times
 
 SHORT = ActuatorGeometry(body_length=9e-3, cap_length=3e-3)
 LOAD = ActuatorLoad((9e3, 4e3, 2e3), gravity=(1.0, 2.0, -9.81)).target()
@@ -89,6 +90,30 @@ def test_the_stiffness_is_the_gradient_of_the_residual(case):
     free = equations.fold @ case.direction.ravel()
     product = upper @ free + upper.T @ free - upper.diagonal() * free
     assert relative_error(product, difference(lambda t: case.residual(LOAD, t), 1e-6)) < 1e-6
+
+
+def test_forces_and_stiffness_of_every_group_are_derivatives_of_its_energy(case):
+    """Own forces are those of the law, so that the stiffness is the Hessian."""
+    equations, x, direction = case.equations, case.x, case.direction
+    groups = {**equations.groups, **pressure_groups(equations.chambers, LOAD.pressure)}
+    for name, group in groups.items():
+        nodes = group.connectivity
+
+        def forces(t, group=group, nodes=nodes):
+            return assemble(nodes, group.force(x + t * direction, None).force, len(x))
+
+        response = group.response(x, None)
+        np.testing.assert_allclose(
+            assemble(nodes, response.force, len(x)), forces(0.0), rtol=0, atol=1e-12, err_msg=name
+        )
+        slope = difference(lambda t, group=group: group.energy(x + t * direction), 1e-5)
+        # Energies of up to 1e3 N mm with round-off of 1e-16 of it, over steps of 1e-5.
+        assert (forces(0.0) * direction).sum() == pytest.approx(float(slope), rel=1e-6, abs=1e-7), name
+        expected = difference(forces, 1e-6)
+        product = times(nodes, response.stiffness, direction)
+        # Contact that is open has neither.
+        atol = 1e-6 * np.abs(expected).max(initial=0.0)
+        np.testing.assert_allclose(product, expected, rtol=0, atol=atol, err_msg=name)
 
 
 def test_the_thread_ends_with_the_body_or_goes_on_over_the_cap(equations):

@@ -6,8 +6,7 @@ import numpy as np
 from jaxtyping import Int
 
 from fem_reference.central_rod import CoreBond, CoreContact, CoreSpline, SplineBasis
-from fem_reference.elements import Forces, Own, Response, lengthening
-from fem_reference.elements.force_group import Points
+from fem_reference.elements import Forces, Own, Points, Response, lengthening
 from fem_reference.mesh import CAVITY, BodyMesh, mirror_pairs
 
 

@@ -15,6 +15,7 @@ from fem_reference.elements.force_group import DisplacementGroup as Displacement
 from fem_reference.elements.force_group import ForceGroup as ForceGroup
 from fem_reference.elements.force_group import Forces as Forces
 from fem_reference.elements.force_group import Own as Own
+from fem_reference.elements.force_group import Points as Points
 from fem_reference.elements.force_group import Response as Response
 from fem_reference.elements.force_group import SolidGroup as SolidGroup
 from fem_reference.elements.force_group import StiffGroup as StiffGroup

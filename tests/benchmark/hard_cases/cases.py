@@ -37,7 +37,8 @@ def _kpa(*pressures: tuple[float, float, float]) -> Iterable[tuple[float, float,
 
 def _cell(why: str, loads: Iterable[Load], jumps: bool = True, **body: Any) -> Case:
     def build(solver: SymmetricSolver, options: SolverOptions) -> PeriodCell:
-        return PeriodCell(**{"level": TINY} | body, solver=solver, options=options)
+        whole: dict[str, Any] = {"level": TINY} | body
+        return PeriodCell(**whole, solver=solver, options=options)
 
     return Case(why, build, tuple(loads), jumps)
 
@@ -55,7 +56,8 @@ def _random(why: str, number: int) -> Case:
 
 def _actuator(why: str, loads: Iterable[ActuatorLoad], **body: Any) -> Case:
     def build(solver: SymmetricSolver, options: SolverOptions) -> Actuator:
-        return Actuator(**{"geometry": SHORT, "level": TINY} | body, solver=solver, options=options)
+        whole: dict[str, Any] = {"geometry": SHORT, "level": TINY} | body
+        return Actuator(**whole, solver=solver, options=options)
 
     return Case(why, build, tuple(loads), single=False)
 

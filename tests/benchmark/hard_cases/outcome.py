@@ -31,17 +31,15 @@ class CountingSolver:
 
     def __init__(self, solver: SymmetricSolver) -> None:
         self._solver = solver
+        self.factors = solver.factors
         self.factorisations = 0
-
-    @property
-    def factors(self) -> int:
-        """See `SymmetricSolver`."""
-        return self._solver.factors
 
     def factorise(self, upper: Any, revision: int) -> int | None:
         """See `SymmetricSolver`."""
         self.factorisations += 1
-        return self._solver.factorise(upper, revision)
+        negative = self._solver.factorise(upper, revision)
+        self.factors = self._solver.factors
+        return negative
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """See `SymmetricSolver`."""

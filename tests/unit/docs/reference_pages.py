@@ -37,7 +37,7 @@ A program ends with one of these statuses.
 | 0 | The result is good. |
 | 2 | The input is bad. One line on standard error names the argument, what came and what is expected. |
 | 3 | A solver did not converge, or a fit is in doubt. What was reached is printed, with the reason. |
-| 130 | Ctrl-C ended the program. Runs on disk are kept and go on. |
+| 130 | Ctrl-C ended the program. Runs on disk are kept and can be resumed. |
 | 141 | Nobody read the output to its end, as with `head`. `rodmodel` alone. |
 """
 

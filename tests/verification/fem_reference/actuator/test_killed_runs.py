@@ -147,7 +147,7 @@ def test_a_stopped_sweep_ends_as_one_left_alone(script, sweep, tmp_path, how):
     cut = tmp_path / "run"
     paths = sorted(file.name for file in (sweep / "paths").iterdir())
     first, second = (cut / "paths" / name for name in paths)
-    stop_when(start(script(SWEEP), cut), lambda: len(read_path(second).states) >= 2, how)
+    stop_when(start(script(SWEEP), cut), lambda: len(read_path(second).states) >= 1, how)
     finished = read_path(first)
     assert finished.end == {"attempts": 1}
     assert read_path(second).end is None

@@ -3,10 +3,12 @@
 import json
 
 import numpy as np
+import pytest
 
 from tests.ground_truth.gold import FILE, runs
 
 
+@pytest.mark.slow
 def test_gold_runs_come_out_as_they_did():
     gold = json.loads(FILE.read_text())
     found = dict(runs())

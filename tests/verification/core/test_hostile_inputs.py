@@ -9,13 +9,9 @@ from tests.verification.core.toolchain import ANY, C99, CORE, HERE, OWN, build, 
 SANITIZERS = "-fsanitize=address,undefined,float-cast-overflow"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("psi_deg", "single_precision", "seed"),
-    [
-        (OWN, False, "1"),
-        pytest.param(OWN, True, "2", marks=pytest.mark.slow),
-        pytest.param(ANY, False, "3", marks=pytest.mark.slow),
-    ],
+    ("psi_deg", "single_precision", "seed"), [(OWN, False, "1"), (OWN, True, "2"), (ANY, False, "3")]
 )
 def test_hostile_inputs_are_flagged_and_nothing_else_happens(
     tmp_path: Path, psi_deg: float, single_precision: bool, seed: str

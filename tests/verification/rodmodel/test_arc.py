@@ -7,6 +7,9 @@ import pytest
 from rodmodel import Rod
 from tests.unit.rodmodel import synthetic
 
+# JAX compiles each of these rods; `test_core_against_reference.py` holds the C core to be the same.
+pytestmark = pytest.mark.slow
+
 PRESSURES = [[0.0, 0.0, 0.0], [10e3, 0.0, 0.0], [70e3, 0.0, 0.0], [30e3, 20e3, 10e3], [0.0, 55e3, 40e3]]
 
 

@@ -10,6 +10,9 @@ from jaxtyping import Array
 
 from tests.unit.rodmodel import synthetic
 
+# JAX compiles each of these rods; `test_core_against_reference.py` holds the C core to be the same.
+pytestmark = pytest.mark.slow
+
 PRESSURE = jnp.array([35e3, 20e3, 5e3])
 FORCE = jnp.array([0.02, -0.03, -0.01])
 MOMENT = jnp.array([3e-4, -2e-4, 5e-4])
@@ -69,7 +72,6 @@ def test_derivatives_by_pressures_and_loads(forward: tuple[Array, ...], which: i
     np.testing.assert_allclose(forward[which], expected, atol=1e-6 * np.abs(expected).max())
 
 
-@pytest.mark.slow
 def test_forward_and_reverse_mode_agree(forward: tuple[Array, ...]) -> None:
     """The reverse one in a batch; without loads `test_derivatives_of_free_bending` has both modes."""
     batch = [jnp.stack([argument, 0.3 * argument]) for argument in ARGUMENTS]
@@ -98,7 +100,6 @@ def test_derivatives_of_free_bending() -> None:
         np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
 
 
-@pytest.mark.slow
 def test_second_derivatives_are_those_of_the_first() -> None:
     """Forward over reverse, of the tip's height by the force."""
 

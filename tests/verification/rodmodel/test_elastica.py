@@ -15,6 +15,9 @@ from rodmodel.statics._loads import resultants
 from rodmodel.statics._solve import solve_equilibrium
 from tests.unit.rodmodel import synthetic
 
+# JAX compiles each of these rods; `test_core_against_reference.py` holds the C core to be the same.
+pytestmark = pytest.mark.slow
+
 LENGTH = synthetic.ACTUATOR.body_length
 STIFFNESS = synthetic.BENDING_STIFFNESS
 BARE = replace(synthetic.ACTUATOR, cap_length=0.0, cap_mass=0.0)
@@ -224,7 +227,6 @@ def test_a_push_below_buckling_leaves_the_leaning_rod_stable(unit_rod: Rod, part
         np.testing.assert_allclose(solution.tip_position[0], expected, rtol=2e-4)
 
 
-@pytest.mark.slow
 def test_the_error_falls_with_the_tolerance() -> None:
     """The error of a step is held below the tolerance, on states of order one. Shooting and the
     interpolation between steps make more of it, here up to some hundred times. A step of Dopri8 errs by h⁹,

@@ -15,6 +15,9 @@ import rodmodel
 from rodmodel import RESULTS, Adaptive, FixedStep, LinearLaw, Rod, Solution
 from tests.unit.rodmodel import synthetic
 
+# JAX compiles each of these rods; `test_core_against_reference.py` holds the C core to be the same.
+pytestmark = pytest.mark.slow
+
 LENGTH = synthetic.ACTUATOR.body_length
 BARE = replace(synthetic.ACTUATOR, cap_length=0.0, cap_mass=0.0)
 PRESSURE = np.array([40e3, 15e3, 5e3])
@@ -48,7 +51,6 @@ def test_constant_curvature_is_exact_at_any_number_of_steps(rod: Rod, steps: int
         np.testing.assert_allclose(stepped.tip_rotation, arc.tip_rotation, atol=1e-12)
 
 
-@pytest.mark.slow
 def test_the_fixed_steps_are_of_order_4(rod: Rod) -> None:
     """Error at the tip against many steps: halved steps make it sixteen times smaller, ± 15 %."""
     exact = rod.solve(PRESSURE, FORCE, solver=Adaptive(1e-12)).tip_position
@@ -86,7 +88,6 @@ def random_cases(rod: Rod, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarr
     return pressure / excess[:, None], force, 9.81 * directions[1]
 
 
-@pytest.mark.slow
 def test_random_cases_of_a_convex_law_converge(column: Rod) -> None:
     """From a cold start, to about 130 degrees: 99.9 % converge, the others are flagged, no NaN."""
     section = LinearLaw(column.section.section_stiffness, 1e-3 * jnp.array(CHAMBERS))
@@ -98,7 +99,6 @@ def test_random_cases_of_a_convex_law_converge(column: Rod) -> None:
     np.testing.assert_array_equal(solution.result == RESULTS.successful, solution.converged)
 
 
-@pytest.mark.slow
 def test_random_cases_of_the_shipped_law_agree_or_are_flagged() -> None:
     """From a cold start 99.9 % converge; the others are flagged; there is no NaN.
     Where both solvers are inside the calibration, tips agree to 1e-5 of the length. Of 10 000 cases one is so
@@ -131,7 +131,6 @@ def test_an_equilibrium_past_buckling_is_told_to_be_unstable(column: Rod) -> Non
     np.testing.assert_allclose(refused.stats["load_fraction"], 1.0 / 1.03, atol=1e-4)
 
 
-@pytest.mark.slow
 def test_a_follower_load_past_90_degrees_is_the_dead_load_that_it_has_become(column: Rod) -> None:
     angles = []
     for size in (0.05, 0.3):
@@ -150,7 +149,6 @@ def column_start(solution: rodmodel.Solution) -> rodmodel.Solution:
     return replace(solution, unknown=solution.unknown[:3])
 
 
-@pytest.mark.slow
 def test_a_follower_moment_is_a_circle(column: Rod) -> None:
     """400 degrees, about the rod's own axis of bending: M/EI all along."""
     moment = 2e-4 * np.radians(400.0) / LENGTH
@@ -190,7 +188,6 @@ def test_the_base_may_stand_anywhere(rod: Rod) -> None:
     assert bad.result == RESULTS.bad_input
 
 
-@pytest.mark.slow
 def test_a_distributed_force_is_a_weight(column: Rod) -> None:
     weight = BARE.mass_per_length * GRAVITY
     one = column.solve(np.zeros(3), gravity=GRAVITY, solver=FixedStep(8))
@@ -198,7 +195,6 @@ def test_a_distributed_force_is_a_weight(column: Rod) -> None:
     np.testing.assert_allclose(other.tip_position, one.tip_position, atol=1e-14)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("factor", [1e3, 1e-3])
 def test_stiff_and_soft_sections_under_loads_in_proportion_bend_alike(factor: float) -> None:
     def bent(scale: float) -> rodmodel.Solution:
@@ -209,7 +205,6 @@ def test_stiff_and_soft_sections_under_loads_in_proportion_bend_alike(factor: fl
     np.testing.assert_allclose(bent(factor).tip_position, bent(1.0).tip_position, rtol=1e-9, atol=1e-12)
 
 
-@pytest.mark.slow
 def test_the_jacobian_is_that_of_central_differences(rod: Rod) -> None:
     """Also along the rod; and the compliance is symmetric, the Hessian of an energy."""
     solve = jax.jit(lambda p, f: rod.solve(p, f, gravity=GRAVITY, solver=FixedStep(64), throw=False))
@@ -233,7 +228,6 @@ def test_the_jacobian_is_that_of_central_differences(rod: Rod) -> None:
     np.testing.assert_allclose(compliance, compliance.T, atol=1e-6 * np.abs(compliance).max())
 
 
-@pytest.mark.slow
 def test_an_integration_that_runs_out_of_steps_is_flagged_and_finite(rod: Rod) -> None:
     """No step is short enough for this tolerance; what comes back is the rod without the loads."""
     loads = {"tip_force": jnp.array([0.0, 0.02, 0.0]), "gravity": jnp.array([0.0, 0.0, 9.81])}
@@ -246,7 +240,6 @@ def test_an_integration_that_runs_out_of_steps_is_flagged_and_finite(rod: Rod) -
     np.testing.assert_allclose(starved.centreline(0.03), free.centreline(0.03), atol=1e-14)
 
 
-@pytest.mark.slow
 def test_too_many_integrations_are_told(column: Rod) -> None:
     """A force that the rod takes in steps too small for the bound on them."""
     found = column.solve(np.zeros(3), tip_force=[3e3 * EULER, 0.0, 0.0], solver=FixedStep(64), throw=False)

@@ -12,6 +12,9 @@ from jaxtyping import Array
 from rodmodel import Actuator, Adaptive, Domain, FixedStep, LinearLaw, Rod, Solution
 from tests.unit.rodmodel import synthetic
 
+# JAX compiles each of these rods; `test_core_against_reference.py` holds the C core to be the same.
+pytestmark = pytest.mark.slow
+
 EI, LENGTH, COMPLIANCE = 2e-4, 0.06, 0.3
 PRESSURE = jnp.array([35e3, 20e3, 5e3])
 FORCE = jnp.array([0.02, -0.03, -0.01])
@@ -60,7 +63,6 @@ def test_a_column_that_shears_buckles_at_haringx_load(factor: float) -> None:
     assert bool(found.stable) == (factor < 1.0)
 
 
-@pytest.mark.slow
 def test_the_fixed_steps_are_of_order_4_and_come_to_the_adaptive_ones(rod: Rod, loaded: Solution) -> None:
     loads = {"tip_force": FORCE, "gravity": GRAVITY}
     errors = [
@@ -99,14 +101,12 @@ def test_along_the_rod_sections_lean_with_the_force_across_them(rod: Rod, loaded
     np.testing.assert_allclose(change, -np.cross(expected, force), atol=1e-5 * np.abs(change).max())
 
 
-@pytest.mark.slow
 def test_the_compliance_of_the_tip_is_symmetric_as_shear_keeps_the_energy(rod: Rod) -> None:
     _, jacobian = rod.jacobian(PRESSURE, FORCE, None, GRAVITY)
     by_force = np.asarray(jacobian.tip_force.tip_position)
     np.testing.assert_allclose(by_force, by_force.T, atol=1e-6 * np.abs(by_force).max())
 
 
-@pytest.mark.slow
 def test_derivatives_are_those_of_differences(rod: Rod) -> None:
     solver = Adaptive(1e-12)
 
@@ -127,7 +127,6 @@ def test_derivatives_are_those_of_differences(rod: Rod) -> None:
     np.testing.assert_allclose(derivative, differences, atol=1e-6 * np.abs(derivative).max())
 
 
-@pytest.mark.slow
 def test_the_predictor_and_its_jacobian_know_shear(rod: Rod) -> None:
     predictor = rod.predictor(("tip_force", "gravity"), solver=FixedStep(8, 1e-12))
     loads = {"tip_force": np.asarray(FORCE), "gravity": np.asarray(GRAVITY)}

@@ -8,6 +8,9 @@ import pytest
 from rodmodel import Rod, Solution, TurnedLaw
 from tests.unit.rodmodel import synthetic
 
+# JAX compiles each of these rods; `test_core_against_reference.py` holds the C core to be the same.
+pytestmark = pytest.mark.slow
+
 LENGTH, CAP = synthetic.ACTUATOR.body_length, synthetic.ACTUATOR.cap_length
 PRESSURE = jnp.array([35e3, 20e3, 5e3])
 FORCE = jnp.array([0.02, -0.03, -0.01])

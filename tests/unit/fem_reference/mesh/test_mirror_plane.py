@@ -99,6 +99,7 @@ def test_what_breaks_the_symmetry_leaves_no_force(both):
     np.testing.assert_allclose(both.half.fold @ force.ravel(), 0.0, atol=1e-6 * np.abs(force).max())
 
 
+@pytest.mark.slow
 def test_states_are_the_whole_bodys():
     loads = [ActuatorLoad((p, 0.0, 0.0)) for p in (6e3, 12e3)]
     whole, half = (Actuator(SHORT, level=TINY, symmetric=s) for s in (False, True))

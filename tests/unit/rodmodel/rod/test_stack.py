@@ -15,6 +15,9 @@ import rodmodel
 from rodmodel import FixedStep, MirroredLaw, OrientedNetwork, Rod, TurnedLaw
 from tests.unit.rodmodel import synthetic
 
+# JAX compiles each of these rods; `test_core_against_reference.py` holds the C core to be the same.
+pytestmark = pytest.mark.slow
+
 PRESSURE = jnp.array([31e3, 12e3, 22e3])
 LOADS = {"tip_force": jnp.array([0.004, -0.01, 0.006]), "gravity": jnp.array([0.0, 0.0, -9.81])}
 
@@ -87,7 +90,6 @@ def test_one_bad_row_spoils_no_neighbour(rods: list[Rod], loads: dict[str, Any])
     np.testing.assert_allclose(found.tip_position[2], alone.tip_position, rtol=0, atol=1e-10)
 
 
-@pytest.mark.slow
 def test_jacobians_of_a_stack_are_those_of_its_rods(rods: list[Rod]) -> None:
     some, solver = [rods[1], rods[3]], FixedStep()
     stacked = rodmodel.stack(some)
@@ -99,7 +101,6 @@ def test_jacobians_of_a_stack_are_those_of_its_rods(rods: list[Rod]) -> None:
             np.testing.assert_allclose(there[k], here, rtol=0, atol=1e-8 * size)
 
 
-@pytest.mark.slow
 def test_the_pose_is_differentiated_by_the_dimensions(rods: list[Rod]) -> None:
     rod = rods[1]
     names = ["body_length", "cap_length", "cap_mass", "base_turn", "tip_offset"]
@@ -131,7 +132,6 @@ def test_what_cannot_be_stacked_is_refused() -> None:
         rodmodel.stack([linear])
 
 
-@pytest.mark.slow
 def test_a_stack_of_shipped_layouts_bends_as_each_does() -> None:
     named = [("double-helix", math.radians(45.0)), ("six-helix", 0.0)]
     rods = [rodmodel.load(layout, psi=psi) for layout, psi in named]

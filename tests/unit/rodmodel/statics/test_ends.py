@@ -12,6 +12,9 @@ from rodmodel import Adaptive, FixedStep, Rod
 from rodmodel.statics import base_turn
 from tests.unit.rodmodel import synthetic
 
+# JAX compiles each of these rods; `test_core_against_reference.py` holds the C core to be the same.
+pytestmark = pytest.mark.slow
+
 TURN, LAG = 1.5e-6, 3e-3  # [rad/Pa], [m]
 STIFFNESS = 3e-4  # [N m²]
 OFFSET, CURVATURE = 2.5e-3, 8.0
@@ -136,7 +139,6 @@ def test_chambers_held_at_the_ends_change_their_volume_by_so_much_less() -> None
     np.testing.assert_allclose(found.tip_position, free.solve(PRESSURE).tip_position, atol=1e-16)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("make", EACH)
 def test_the_compliance_is_symmetric_and_that_of_differences(make) -> None:
     """An energy stands behind it: a force on a cap aside turns the body by its moment about its end."""
@@ -162,7 +164,6 @@ def test_the_compliance_is_symmetric_and_that_of_differences(make) -> None:
             np.testing.assert_allclose(found, np.transpose(columns), atol=2e-6 * np.abs(columns).max())
 
 
-@pytest.mark.slow
 def test_a_follower_force_on_a_cap_aside_is_a_dead_one_along_it() -> None:
     rod = both()
     followed = rod.solve(PRESSURE, follower_force=FORCE)
@@ -170,7 +171,6 @@ def test_a_follower_force_on_a_cap_aside_is_a_dead_one_along_it() -> None:
     np.testing.assert_allclose(followed.tip_position, dead.tip_position, atol=1e-10)
 
 
-@pytest.mark.slow
 def test_derivatives_under_a_follower_force_on_a_cap_aside_are_those_of_differences() -> None:
     rod = both()
     _, jacobian = rod.jacobian(PRESSURE, follower_force=FORCE)

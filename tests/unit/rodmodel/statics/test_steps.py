@@ -78,6 +78,7 @@ def _rest(rod: Equilibrium) -> tuple:
     return rod.actuator, rod.offset
 
 
+@pytest.mark.slow
 def test_the_first_guess_is_the_rod_under_small_loads() -> None:
     """Base curvature and follower force to first order in the loads: what is left falls with their square."""
 

@@ -9,6 +9,9 @@ import pytest
 from rodmodel import FixedStep, Rod
 from tests.unit.rodmodel import synthetic
 
+# JAX compiles each of these rods; `test_core_against_reference.py` holds the C core to be the same.
+pytestmark = pytest.mark.slow
+
 TIP = 2e-3
 PRESSURE = jnp.array([30e3, 10e3, 0.0])
 FORCE = jnp.array([0.01, 0.02, -0.01])

@@ -210,7 +210,7 @@ def test_11_animation_draws_rod_and_elements_and_tells_how_far_apart(told: Run, 
 @pytest.mark.slow
 def test_00_twin_points_are_of_an_actuator_with_one_thicker_wall(monkeypatch: pytest.MonkeyPatch) -> None:
     """Chamber 1 at 5 kPa, on a mesh of 1 800 hexahedra: the thick wall is its own."""
-    monkeypatch.syspath_prepend(str(ROOT / "examples"))
+    monkeypatch.syspath_prepend(str(ROOT / "examples" / "points"))
     script = runpy.run_path(str(ROOT / "examples" / "points" / "twin_points.py"))
     level = MeshLevel(4, 8, 2, 4, 1, 1, 1, 2.0)
     first, second = (

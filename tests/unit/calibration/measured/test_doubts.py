@@ -133,7 +133,7 @@ def test_swapped_columns_end_with_3_and_where_forced_are_written_with_what_speak
     assert status == 3
     assert not written
     doubts = json.loads(printed.out)["doubts"]
-    assert any("of what was measured, expected at most 20 %" in doubt for doubt in doubts), doubts
+    assert any("of the measured values, expected at most 20 %" in doubt for doubt in doubts), doubts
     status, printed, written = ended(tmp_path / "data.csv", capsys, "--json", "--force")
     assert status == 0
     assert written

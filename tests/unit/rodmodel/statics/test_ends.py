@@ -58,7 +58,7 @@ EACH = [pytest.param(make, marks=pytest.mark.slow) for make in (softened, aside)
 LOADS = {"tip_force": FORCE, "gravity": GRAVITY, "tip_moment": MOMENT}
 
 
-@pytest.mark.parametrize("loads", [{}, pytest.param(LOADS, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("loads", [{}, LOADS])
 def test_a_turned_base_is_a_base_rotation(loads) -> None:
     """About the axes that the chambers bend the rod about; to rounding."""
     azimuths = 2.0 * np.pi / 3.0 * np.arange(3)
@@ -68,7 +68,9 @@ def test_a_turned_base_is_a_base_rotation(loads) -> None:
     vector = TURN * np.asarray(PRESSURE) @ axes - LAG * free * [1.0, 1.0, 0.0]
     turn = Rotation.from_rotvec(vector).as_matrix()
     plain = rod_with().solve(PRESSURE, base_rotation=turn, **loads)
-    for name in ("tip_position", "tip_rotation", "chamber_volume"):
+    # Under loads, pressures that turn the base do work: it is in the volumes (`test_core_balances.py`).
+    names = ("tip_position", "tip_rotation") if loads else ("tip_position", "tip_rotation", "chamber_volume")
+    for name in names:
         np.testing.assert_allclose(getattr(ours, name), getattr(plain, name), rtol=1e-9, atol=1e-11)
     s = jnp.linspace(0.0, 0.066, 9)
     np.testing.assert_allclose(ours.centreline(s), plain.centreline(s), atol=1e-11)

@@ -1,5 +1,6 @@
 """A run that is stopped, by SIGKILL or Ctrl-C, and started again ends as one that was left alone."""
 
+import contextlib
 import json
 import os
 import signal
@@ -32,7 +33,7 @@ fem_reference.cli._actuator.read_geometry = lambda options: SHORT
 fem_reference.cli._actuator._STEP_KPA = 1.0
 
 if __name__ == "__main__":
-    sys.exit(main(["actuator", "--pressure-kpa", "4", "2", "0", "--run", sys.argv[1], "--json"]))
+    sys.exit(main(["actuator", "--pressure-kpa", "8", "4", "0", "--run", sys.argv[1], "--json"]))
 """
 
 SWEEP = """
@@ -56,6 +57,8 @@ def start(script: Path, directory: Path) -> subprocess.Popen:
         [sys.executable, script, directory],
         cwd=root,
         start_new_session=True,
+        # A shell's background jobs ignore Ctrl-C, and so would what they start.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
         env={**os.environ, "PYTHONPATH": str(root), "OMP_NUM_THREADS": "1"},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -81,11 +84,15 @@ def stop_when(process: subprocess.Popen, begun, how: signal.Signals) -> None:
         assert process.poll() is None, process.communicate()[1]
         assert time.monotonic() < deadline, "the run did not begin"
         time.sleep(0.01)
+    # Nothing moves on while its processes are listed.
+    os.killpg(process.pid, signal.SIGSTOP)
     family = psutil.Process(process.pid).children(recursive=True)
     if how == signal.SIGKILL:
         process.kill()
     else:
         os.killpg(process.pid, how)
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGCONT)
     _, err = process.communicate(timeout=WAIT)
     if how == signal.SIGKILL:
         assert process.returncode == -signal.SIGKILL
@@ -128,8 +135,8 @@ def sweep(script, tmp_path_factory):
 def test_a_stopped_run_of_the_actuator_ends_as_one_left_alone(script, actuator, tmp_path, how):
     whole, told = actuator
     cut = tmp_path / "run"
-    stop_when(start(script(ACTUATOR), cut), (cut / "step_0001.json").exists, how)
-    assert len(list(cut.glob("step_*.json"))) < 4
+    stop_when(start(script(ACTUATOR), cut), (cut / "step_0002.json").exists, how)
+    assert len(list(cut.glob("step_*.json"))) < 8
     before = (cut / "step_0001.json").stat().st_mtime_ns
     again = ended(script(ACTUATOR), cut)
     # What was finished was not done again.

@@ -62,8 +62,8 @@ def mutants(source: str) -> list[Mutant]:
         # Such as x @ x with its operands in the other order.
         if ast.dump(place) == ast.dump(fault):
             continue
-        assert place.end_lineno is not None
-        assert place.end_col_offset is not None
+        if place.end_lineno is None or place.end_col_offset is None:
+            raise ValueError(f"line {place.lineno}: got a node without an end, expected one of a parsed text")
         first = starts[place.lineno - 1] + place.col_offset
         last = starts[place.end_lineno - 1] + place.end_col_offset
         old, new = ast.unparse(place), ast.unparse(fault)

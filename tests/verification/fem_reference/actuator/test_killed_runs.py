@@ -50,15 +50,22 @@ if __name__ == "__main__":
 """
 
 
+# A shell's background jobs ignore Ctrl-C, and so does what they start, unless it is told otherwise.
+FOREGROUND = """
+import os, signal, sys
+
+signal.signal(signal.SIGINT, signal.SIG_DFL)
+os.execv(sys.executable, [sys.executable, *sys.argv[1:]])
+"""
+
+
 def start(script: Path, directory: Path) -> subprocess.Popen:
     """The script in a process group of its own, as a terminal's foreground."""
     root = Path(__file__).parents[4]
     return subprocess.Popen(
-        [sys.executable, script, directory],
+        [sys.executable, "-c", FOREGROUND, script, directory],
         cwd=root,
         start_new_session=True,
-        # A shell's background jobs ignore Ctrl-C, and so would what they start.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
         env={**os.environ, "PYTHONPATH": str(root), "OMP_NUM_THREADS": "1"},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

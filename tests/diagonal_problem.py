@@ -93,6 +93,9 @@ class Diagonal(Problem):
     def mean(self, states, weights):
         return sum(w * s for w, s in zip(weights, states, strict=True))
 
+    def distance(self, at, other):
+        return float(np.abs(other - at).max())
+
     def may_start(self, at, guess):
         return True
 

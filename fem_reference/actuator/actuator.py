@@ -86,8 +86,9 @@ class Settled:
     base_force, base_moment : reaction at the clamped base, about the origin [N, N m].
     iterations : of Newton's method since the state before.
     residual : largest nodal force left [N].
-    stable : whether the equilibrium is a minimum of the energy: the stiffness, with the contact of walls
-        convexified, has no negative pivot. None if the linear solver does not count them.
+    stable : whether the equilibrium is a minimum of the energy under its pressures: the stiffness has no
+        negative pivot. None if the linear solver does not count them, or if there are some that are gone
+        where each pair of walls in contact has a convex potential: such pairs may have their own.
     limit_pressure : last pressures before the body jumps on the way from the state before [Pa]; None if it
         does not jump.
     memory : of the path that led here.
@@ -280,26 +281,30 @@ class Actuator:
         iterations: int,
         follower: VolumePathFollower,
     ) -> Settled:
-        excess = found.excess_negative
-        if excess is not None and found.negative_eigenvalues_true_contact != 0:
-            # Without the core's curvature stiffness, contact may hold a wall that is free to sway around the
-            # core. Pairs of walls in contact have negative pivots of their own, as nodes slide off edges.
-            linear = self._problem.linearise(found.configuration, target)
-            pattern = self.equations.pattern
-            data = self._problem.contact.convexified(linear)
-            excess = self._solver.factorise(pattern.matrix(data), pattern.revision)
-        else:
-            linear = found.own_linear
+        linear = found.own_linear
         reaction = self.equations.reaction(linear, target)
         return Settled(
             base_force=reaction.sum(axis=0),
             base_moment=np.cross(linear.positions, reaction).sum(axis=0) / _MM,
             iterations=iterations,
             residual=found.residual,
-            stable=None if excess is None else excess == 0,
+            stable=self._stable(linear),
             limit_pressure=None if follower.limit is None else follower.limit.pressure * _MPA,
             memory=follower.memory,
         )
+
+    def _stable(self, linear: ActuatorLinearisation) -> bool | None:
+        """Whether the energy is at a minimum under these pressures; None if that cannot be told.
+
+        Pairs of walls in contact may have negative pivots of their own: nodes slide off the edges of facets.
+        With their contact convex the stiffness is larger in every direction: what is negative then is so.
+        """
+        pattern = self.equations.pattern
+        negative = self._solver.factorise(pattern.matrix(linear.data), pattern.revision)
+        if not negative:
+            return None if negative is None else True
+        convex = self._problem.contact.convexified(linear)
+        return False if self._solver.factorise(pattern.matrix(convex), pattern.revision) else None
 
     def state(self, load: ActuatorLoad, deformation: Deformation, settled: Settled) -> ActuatorState:
         """`ActuatorState` of an equilibrium under ``load``."""

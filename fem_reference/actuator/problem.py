@@ -84,6 +84,12 @@ class BodyProblem(Problem[Body, Target, BodyLinear, BodyStep, ViscousSolid]):
         """See `BodyMotion.allowed`."""
         return self.motion.allowed(linear.positions, trial.deformation.positions, _LEAST_DILATATION)
 
+    def distance(self, at: Body, other: Body) -> float:
+        """See `Equations.distance`."""
+        first, second = (state.deformation.positions for state in (at, other))
+        before, after = self.motion.candidate_positions(first, second)
+        return float(np.abs(after - before).max())
+
     def may_start(self, at: Body, guess: Body) -> bool:
         """See `Equations.may_start`."""
         return self.start_share(at, guess) >= 1.0

@@ -23,10 +23,20 @@ _STRETCH = 3
 
 @dataclass(frozen=True)
 class SectionDerivatives:
-    """∂Π/∂u [N mm] and ∂²Π in (u, p)."""
+    """∂Π/∂u [N mm], ∂²Π in (u, p), and negative directions of the energy.
+
+    Parameters
+    ----------
+    moment, hessian : derivatives of the section potential.
+    negative_at_curvature : negative eigenvalues of E_λλ − E_λq E_qq⁻¹ E_qλ: 0 or 1.
+    negative_in_bending : those with u condensed too. With those of E_qq they are the energy's own (Haynsworth
+        1968): their sum changes only where the energy has a singular point, and neither part has to.
+    """
 
     moment: Float[np.ndarray, "3"]
     hessian: Float[np.ndarray, "6 6"]
+    negative_at_curvature: int
+    negative_in_bending: int
 
 
 def condense(
@@ -43,8 +53,14 @@ def condense(
     direct[4:, :4] = linear.strain_pressure.T
     full = (direct - coupling.T @ solver.solve(coupling)) / equations.period
     hessian = np.delete(np.delete(full, _STRETCH, axis=0), _STRETCH, axis=1)
+    turned_over = 0
     if equations.axial_stiffness is not None:
         row = np.delete(full[_STRETCH], _STRETCH)
         hessian -= np.outer(row, row) / full[_STRETCH, _STRETCH]
+        turned_over = int(full[_STRETCH, _STRETCH] < 0.0)
     # Round-off of the two triangular solves leaves an asymmetry of about 1e-12.
-    return SectionDerivatives(linear.strain_residual[:3] / equations.period, 0.5 * (hessian + hessian.T))
+    hessian = 0.5 * (hessian + hessian.T)
+    bent = int((np.linalg.eigvalsh(hessian[:3, :3]) <= 0.0).sum())
+    return SectionDerivatives(
+        linear.strain_residual[:3] / equations.period, hessian, turned_over, turned_over + bent
+    )

@@ -96,7 +96,10 @@ class CellState:
     hessian : ∂²Π in (u, p), 6 by 6, symmetric.
     iterations : Newton iterations spent since the state before.
     residual : largest nodal force left [N].
-    stable : whether the cell is at a minimum of its energy under this load; None if not known.
+    stable : whether the cell is at a minimum of its energy under this load; None if not known, as where
+        pairs of walls in contact are about to change kind, and only their stiffness is negative.
+    negative_directions : number of independent directions in which the energy falls to second order: of nodes
+        and stretch, and in free bending of the curvature; None if the linear solver does not count them.
     jumped : whether walls lost their balance since the state before, so that this state is on another branch.
     converged : always true: a failure raises `CellError`.
     configuration : unknowns, to start from or to draw.
@@ -113,6 +116,7 @@ class CellState:
     iterations: int
     residual: float
     stable: bool | None
+    negative_directions: int | None
     jumped: bool
     configuration: Configuration = field(repr=False)
     converged: bool = True
@@ -233,6 +237,14 @@ class PeriodCell:
             self._rest_energy = self.equations.energy(self._rest.configuration)
         return self._rest
 
+    def _in_doubt(self, found: CellEquilibrium) -> bool:
+        """Whether the negative pivots of the nodes are not known, or may be those of contact's noise."""
+        negative = found.negative_eigenvalues_true_contact
+        if negative is None:
+            return True
+        in_noise = found.residual > self.options.convergence.round_off_force
+        return negative > 0 and found.excess_negative == 0 and in_noise
+
     def _state(
         self, load: Load, found: CellEquilibrium, target: CellTarget, iterations: int, jumped: bool
     ) -> CellState:
@@ -245,12 +257,10 @@ class PeriodCell:
         )
         # Π per length is in N mm/mm = N; u in 1/mm, p in MPa, so that m is in N mm and V in mm².
         scale = np.array([1.0 / _MM] * 3 + [1.0 / _MPA] * 3)
-        stable = None
-        if found.excess_negative is not None:
-            held = target.curvature is not None
-            stable = found.excess_negative == 0 and (
-                held or bool(np.linalg.eigvalsh(section.hessian[:3, :3]).min() > 0.0)
-            )
+        held = target.curvature is not None
+        outer = section.negative_at_curvature if held else section.negative_in_bending
+        inner = found.negative_eigenvalues_true_contact
+        negative = None if inner is None else inner + outer
         return CellState(
             load=load,
             pressure=np.asarray(target.pressure) * _MPA,
@@ -262,7 +272,8 @@ class PeriodCell:
             hessian=section.hessian * np.outer(scale, scale),
             iterations=iterations,
             residual=found.residual,
-            stable=stable,
+            stable=None if self._in_doubt(found) else negative == 0,
+            negative_directions=negative,
             jumped=jumped,
             configuration=found.configuration,
         )

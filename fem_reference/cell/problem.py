@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from jaxtyping import Float
 
-from fem_reference.algebra import SymmetricSolver
+from fem_reference.algebra import SymmetricSolver, negative_direction
 from fem_reference.cell.contact import CellContact
 from fem_reference.cell.equations import GAUGES, CellEquations
 from fem_reference.cell.helical_periodicity import HelicalFrame
@@ -222,6 +222,21 @@ class CellProblem(Problem[Configuration, CellTarget, CellLinearisation, Step, Vi
             return value + sum((w * (getattr(state, name) - value) for w, state in pairs), np.zeros(()))
 
         return Configuration(*(of(field.name) for field in fields(Configuration)))
+
+    def pushed(
+        self, solver: SymmetricSolver, at: Configuration, linear: CellLinearisation
+    ) -> Configuration | None:
+        """See `Equations.pushed`; at fixed strain, and no farther than contact's noise."""
+        way = negative_direction(solver, len(linear.residual), self.constraints)
+        if way is None:
+            return None
+        way *= self.tolerances.noise / np.abs(way).max()
+        guess = replace(at, positions=at.positions + way.reshape(-1, 3))
+        return guess if self.may_start(at, guess) else None
+
+    def distance(self, at: Configuration, other: Configuration) -> float:
+        """See `Equations.distance`."""
+        return float(np.abs(self.equations.all_positions(other) - self.equations.all_positions(at)).max())
 
     def may_start(self, at: Configuration, guess: Configuration) -> bool:
         """See `Equations.may_start`."""

@@ -140,10 +140,37 @@ class PathFollower(Generic[State, Load, Linear, Move, Viscous]):
                 continue
             failed.append((target, step))
             if done + step >= length and step < missed and not self._creeps:
-                raise self._error(step)
-            if self._retreat(failed):
-                done, failed = done + failed[0][1], []
+                if not self._relax(target, step):
+                    raise self._error(step)
+                relaxed = step
+            else:
+                relaxed = self._retreat(failed)
+            if relaxed > 0.0:
+                done, failed = done + relaxed, []
+        if self.equilibrium.negative_eigenvalues_true_contact:
+            self._slide_off(goal)
         return self.equilibrium
+
+    def _slide_off(self, goal: Load) -> None:
+        """Leave a saddle for a minimum of the energy close by, if there is one.
+
+        Walls are made of facets: pressed on an edge, a node is at a saddle, and at rest beside the edge.
+        """
+        saddle, own = self.equilibrium, self.options.continuation
+        start = self.problem.pushed(self.solver, saddle.configuration, saddle.own_linear)
+        if start is not None:
+            try:
+                found = relax(self.problem, self.solver, goal, start, self.options, own.slide)
+            except NewtonError as error:
+                _LOG.debug("the saddle stays: %s", error)
+            else:
+                self._earlier, self._factors = [], self.solver.factors
+                self.equilibrium = found
+                self.iterations += found.iterations
+        if self._factors != self.solver.factors:
+            matrix = self.problem.pattern.matrix(saddle.own_linear.data)
+            self.solver.factorise(matrix, self.problem.pattern.revision)
+            self._factors = self.solver.factors
 
     def _turn(self, heading: Float[np.ndarray, " loads"]) -> None:
         """Drop the earlier states where the path turns, as they do not extrapolate around a corner."""
@@ -152,24 +179,25 @@ class PathFollower(Generic[State, Load, Linear, Move, Viscous]):
             self._earlier = []
         self._heading = heading
 
-    def _retreat(self, failed: list[tuple[Load, float]]) -> bool:
-        """Shorten the step after those that ``failed``, or relax; tell whether the body has relaxed.
+    def _retreat(self, failed: list[tuple[Load, float]]) -> float:
+        """Shorten the step after those that ``failed``, or relax; return the distance to where it relaxed.
 
-        Each failed step is a target and its distance; relaxation leads to the first, the farthest.
+        Each failed step is a target and its distance. Relaxation leads to the first, the farthest, or, if it
+        must not leave the branch, to the last, the nearest. The distance is zero if the body is where it was.
         """
         own = self.options.continuation
         _, step = failed[-1]
         self.step, self._longest = 0.5 * step, own.after_failure * step
         if len(failed) <= own.halvings and self.step >= own.shortest:
-            return False
-        if not self._creeps and self._unstable:
-            raise self._error(step)
-        if self._creeps and self._relax(*failed[0]):
-            return True
-        if self.step < own.shortest:
+            return 0.0
+        ends = self.step < own.shortest or (self._unstable and not self._creeps)
+        goal, distance = failed[0] if self._creeps else failed[-1]
+        if (self._creeps or ends) and self._relax(goal, distance):
+            return distance
+        if ends:
             raise self._error(step)
         failed.clear()
-        return False
+        return 0.0
 
     def _error(self, step: float) -> PathError:
         """Error for a path whose next step, down to this length, does not converge."""
@@ -181,18 +209,23 @@ class PathFollower(Generic[State, Load, Linear, Move, Viscous]):
         return PathError(message, self.equilibrium, self.target, unstable)
 
     def _relax(self, target: Load, step: float) -> bool:
-        """Relax the body under ``target``; tell whether it came to rest."""
+        """Relax the body under ``target``; tell whether it came to rest, on this branch if it must not jump.
+
+        A body that comes to rest close by has not jumped: single nodes slid off an edge of the wall that they
+        are pressed on, or walls began to lean to one side.
+        """
+        before, slide = self.equilibrium.configuration, self.options.continuation.slide
+        within = math.inf if self._creeps else slide
         try:
-            found = relax(
-                self.problem, self.solver, target, self.equilibrium.configuration, options=self.options
-            )
+            found = relax(self.problem, self.solver, target, before, self.options, within)
         except NewtonError as error:
             _LOG.debug("relaxation over a step of %.3g failed: %s", step, error)
             return False
         # States before a jump do not extrapolate beyond it.
         self._factors, self._earlier = self.solver.factors, []
         self._longest = math.inf
-        self._jump(self.target)
+        if self.problem.distance(before, found.configuration) > slide:
+            self._jump(self.target)
         self.equilibrium, self.target, self.step = found, target, 2.0 * step
         self.iterations += found.iterations
         return True

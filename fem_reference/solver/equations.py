@@ -158,6 +158,17 @@ class Equations(abc.ABC, Generic[State, Target, Linear, Move, Viscous]):
     def mean(self, states: list[State], weights: list[float]) -> State:
         """Weighted mean of states. The weights add up to one; negative weights extrapolate."""
 
+    def pushed(self, solver: SymmetricSolver, at: State, linear: Linear) -> State | None:
+        """``at``, pushed a little along a direction of negative stiffness; None if there is none.
+
+        ``solver`` holds the factors of the stiffness there.
+        """
+        return None
+
+    @abc.abstractmethod
+    def distance(self, at: State, other: State) -> float:
+        """Largest displacement of a node between two states [mm], the bend of a slender body apart."""
+
     @abc.abstractmethod
     def may_start(self, at: State, guess: State) -> bool:
         """Whether Newton's method may start from ``guess``, extrapolated from the equilibrium ``at``."""

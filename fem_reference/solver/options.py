@@ -200,6 +200,8 @@ class ContinuationOptions:
     amplification_by_stride: float = 13.0
     #: Cuts of a tangent start before the present state is the start.
     predictor_cuts: int = 6
+    #: Displacement of a node up to which a body that loses its balance slides and does not jump [mm].
+    slide: float = 0.1
     #: Rest of a leg at which a path that is to end at an instability ends where its goal fails.
     missed_share: float = 0.05
 

@@ -12,7 +12,7 @@ import math
 from dataclasses import replace
 
 from fem_reference.algebra import SymmetricSolver
-from fem_reference.errors import NewtonError
+from fem_reference.errors import NewtonError, UnstableError
 from fem_reference.solver.equations import Linear, Move, State, Target, Viscous
 from fem_reference.solver.newton import solve_equilibrium
 from fem_reference.solver.options import DEFAULT, SolverOptions
@@ -27,11 +27,14 @@ def relax(
     target: Target,
     start: State,
     options: SolverOptions = DEFAULT,
+    within: float = math.inf,
 ) -> Equilibrium[State, Linear]:
     """Stable equilibrium under ``target`` to which the viscous body relaxes from ``start``.
 
     Raises
     ------
+    UnstableError
+        If a node moves farther than ``within`` [mm].
     NewtonError
         If the body does not come to rest, or its steps become too short.
     """
@@ -56,8 +59,11 @@ def relax(
             continue
         iterations += found.iterations
         at = found.configuration
+        moved = problem.distance(start, at)
+        if moved > within:
+            raise UnstableError(f"the body moves by {moved:.3g} mm and more")
         if final:
-            _LOG.debug("relaxation: at rest after %d steps", step)
+            _LOG.debug("relaxation: at rest after %d steps, %.3g mm away", step, moved)
             return replace(found, configuration=at, iterations=iterations, convex=None)
         _LOG.debug("relaxation %d: rate %.3g, %d iterations", step, rate, found.iterations)
         reached, longest = found.longest * rate, own.recovery * longest

@@ -70,7 +70,7 @@ def solve(load: Load, start: CellState | None = None) -> CellState:
         value, gradient, hessian = map(np.asarray, _derivatives(jnp.concatenate([u, p])))
         residual = gradient[:3] - m
         if np.linalg.norm(residual) < 1e-14:
-            stable = bool(np.linalg.eigvalsh(hessian[:3, :3]).min() > 0)
+            negative = int((np.linalg.eigvalsh(hessian[:3, :3]) <= 0.0).sum())
             return CellState(
                 load=load,
                 pressure=p,
@@ -82,7 +82,8 @@ def solve(load: Load, start: CellState | None = None) -> CellState:
                 hessian=hessian,
                 iterations=iteration,
                 residual=0.0,
-                stable=stable,
+                stable=negative == 0,
+                negative_directions=negative,
                 jumped=False,
                 configuration=without_nodes(u),
             )

@@ -19,9 +19,9 @@ class Jumps:
     def __init__(self) -> None:
         self.loads: list[float] = []
 
-    def __call__(self, problem, solver, target, start, options):
+    def __call__(self, problem, solver, target, start, options, within):
         self.loads.append(float(target.pressure[0]))
-        return relax(problem, solver, target, start, options)
+        return relax(problem, solver, target, start, options, within)
 
 
 @pytest.fixture
@@ -69,12 +69,31 @@ def test_a_path_that_is_not_to_jump_ends_below_the_fold(jumps):
     with pytest.raises(PathError, match=r"^walls lose their balance") as caught:
         along.follow(Push(np.full(1, 0.5)))
     assert caught.value.unstable
-    assert jumps.loads == []
+    # A body that slides a short way to its next place would go on; this one moves by more than 1 mm.
+    (load,) = jumps.loads
     last = float(caught.value.target.pressure[0])
-    assert last < FOLD
+    assert last < FOLD < load
+    assert not along.jumped
     np.testing.assert_allclose(
         caught.value.last.configuration, well_minimum(last, -1.0), rtol=0, atol=SETTLED
     )
+
+
+@pytest.mark.parametrize("creeps", [True, False])
+def test_a_body_that_slides_a_short_way_to_its_next_place_has_not_jumped(jumps, creeps):
+    """Wells 0.04 mm apart: past the fold the body comes to rest 0.05 mm away, less than `slide`."""
+    width = 0.02
+    small = Diagonal(
+        lambda x: width * ((x / width) ** 3 - x / width),
+        lambda x: 3.0 * (x / width) ** 2 - 1.0,
+        1,
+        reach=0.01,
+    )
+    along = follower(small, -width, creeps=creeps)
+    found = along.follow(Push(np.full(1, 0.5 * width)))
+    np.testing.assert_allclose(found.configuration, width * well_minimum(0.5, 1.0), rtol=0, atol=SETTLED)
+    assert len(jumps.loads) == 1
+    assert not along.jumped
 
 
 def test_a_goal_without_an_equilibrium_ends_a_path_that_is_not_to_jump_from_nearby(monkeypatch):
@@ -87,8 +106,12 @@ def test_a_goal_without_an_equilibrium_ends_a_path_that_is_not_to_jump_from_near
             raise NewtonError("none here")
         return solve_equilibrium(problem, solver, target, *arguments, on_the_way=on_the_way, **named)
 
+    def no_rest(*_):
+        raise NewtonError("no rest either")
+
     along = follower(Diagonal(np.sinh, np.cosh, 1, reach=20.0), 0.0, creeps=False)
     monkeypatch.setattr(continuation, "solve_equilibrium", solve)
+    monkeypatch.setattr(continuation, "relax", no_rest)
     with pytest.raises(PathError, match=r"^stopped at pressures") as caught:
         along.follow(Push(np.full(1, 10.0)))
     assert not caught.value.unstable

@@ -1,0 +1,39 @@
+"""Solve every winding on every mesh: ``python -m tests.benchmark.refinement [RUN] [--only NAME …]``."""
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+import jax
+
+from fem_reference import prepare_process
+from tests.benchmark.refinement.meshes import MESHES, WINDINGS
+from tests.benchmark.refinement.solve import solved
+
+
+def main() -> int:
+    """Solve what is not solved yet."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("run", nargs="?", type=Path, default=Path("build/refinement"))
+    parser.add_argument("--only", nargs="+", choices=list(WINDINGS), metavar="NAME", help="these alone")
+    parser.add_argument("--meshes", nargs="+", choices=[m.name for m in MESHES], metavar="NAME")
+    arguments = parser.parse_args()
+    jax.config.update("jax_enable_x64", True)
+    prepare_process()
+    arguments.run.mkdir(parents=True, exist_ok=True)
+    for winding in arguments.only or WINDINGS:
+        for mesh in MESHES:
+            if arguments.meshes and mesh.name not in arguments.meshes:
+                continue
+            clock = time.perf_counter()
+            found = solved(arguments.run, winding, mesh)
+            last = [f"{found.value('chamber 1', p, 'angle_deg'):.3f}" for p in (5.0, 20.0, 40.0, 50.0, 55.0)]
+            took = time.perf_counter() - clock
+            row = f"{winding:12s} {mesh.name:14s} {found.unknowns:6d}  {'  '.join(last)}"
+            print(f"{row}  {took:.0f} s", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

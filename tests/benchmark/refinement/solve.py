@@ -1,0 +1,84 @@
+"""States of one winding on one mesh, kept in a file so that an interrupted study goes on."""
+
+import json
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fem_reference import CellError, CellState, Load, PeriodCell, follow
+from tests.benchmark.refinement.meshes import WINDINGS, Mesh
+
+#: Sliding ends, as in the calibrations that ship [m/N].
+END_COMPLIANCE = 0.23e-3
+#: Pressures of one chamber, and of two [kPa].
+ONE = (5.0, 20.0, 40.0, 50.0, 55.0)
+TWO = (5.0, 20.0, 40.0, 50.0)
+PATHS = {"chamber 1": [(p, 0.0, 0.0) for p in ONE], "chambers 1+2": [(p, p, 0.0) for p in TWO]}
+
+
+@dataclass(frozen=True)
+class Solved:
+    """What a mesh says of a winding: ``states`` by path, and the cell's size."""
+
+    winding: str
+    mesh: str
+    elements: int
+    unknowns: int
+    states: dict[str, list[dict[str, Any]]]
+
+    def value(self, path: str, pressure_kpa: float, key: str) -> float:
+        """A number of the state at that pressure; NaN if the path did not come so far."""
+        for state in self.states[path]:
+            if max(state["pressure_kpa"]) == pressure_kpa and key in state:
+                return float(state[key])
+        return float("nan")
+
+
+def solved(run: Path, winding: str, mesh: Mesh) -> Solved:
+    """Read the states from the run's file, or solve for them and write it."""
+    file = run / f"{winding} {mesh.name}.json".replace(" ", "_")
+    if not file.exists():
+        record = json.dumps(vars(_solve(winding, mesh)), indent=1)
+        whole = file.with_suffix(".new")
+        whole.write_text(record + "\n")
+        whole.replace(file)
+    return Solved(**json.loads(file.read_text()))
+
+
+def _solve(winding: str, mesh: Mesh) -> Solved:
+    case = WINDINGS[winding]
+    cell = PeriodCell(winding=case.winding, level=mesh.level(case), end_compliance=END_COMPLIANCE)
+    states: dict[str, list[dict[str, Any]]] = {}
+    for path, pressures in PATHS.items():
+        loads = [Load((1e3 * p, 1e3 * q, 1e3 * r)) for p, q, r in pressures]
+        states[path], clock = [], time.perf_counter()
+        try:
+            for state in follow(cell, loads, jumps=False):
+                states[path].append(_record(cell, state) | {"seconds": time.perf_counter() - clock})
+                clock = time.perf_counter()
+        except CellError as error:
+            reached = [] if error.reached is None else [p / 1e3 for p in error.reached.pressure]
+            states[path].append({"pressure_kpa": reached or [0.0], "error": str(error)})
+    return Solved(winding, mesh.name, cell.elements, cell.unknowns, states)
+
+
+def _record(cell: PeriodCell, state: CellState) -> dict[str, Any]:
+    """Angle of the body's length [deg], stiffnesses [N m²] and volumes per length [mm²] of a state."""
+    bent = state.curvature[:2]
+    bending = np.linalg.eigvalsh(state.hessian[:2, :2])
+    return {
+        "pressure_kpa": [p / 1e3 for p in state.load.pressure],
+        "angle_deg": float(np.degrees(cell.geometry.body_length * np.hypot(*bent))),
+        "plane_deg": float(np.degrees(np.arctan2(state.curvature[0], -state.curvature[1]))),
+        "soft_bending": float(bending[0]),
+        "stiff_bending": float(bending[1]),
+        "torsion": float(state.hessian[2, 2]),
+        **{f"volume_{k}": 1e6 * float(v) for k, v in enumerate(state.volume, start=1)},
+        "stretch": state.stretch,
+        "negative_directions": state.negative_directions,
+        "stable": state.stable,
+        "iterations": state.iterations,
+    }

@@ -31,7 +31,7 @@ from fem_reference.io import (
     read_record,
     refuse_faults,
 )
-from fem_reference.mesh import LEVELS, MeshLevel
+from fem_reference.mesh import LEVELS, MeshLevel, mesh_level
 from fem_reference.runtime import keep_memory, prepare_process
 
 __all__ = [
@@ -69,6 +69,7 @@ __all__ = [
     "level_from_record",
     "level_record",
     "load_record",
+    "mesh_level",
     "parse_record",
     "prepare_process",
     "read_record",

@@ -58,7 +58,7 @@ def _run(options: argparse.Namespace, command: str) -> int:
     from calibration.sweep.run_directory import END_COMPLIANCE, RunError, RunPlan, open_run
     from calibration.sweep.sweep import run_sweep
     from calibration.sweep.tracing import CellTracer
-    from fem_reference import ActuatorGeometry, Ogden, Thread, layout
+    from fem_reference import ActuatorGeometry, Ogden, Thread, layout, mesh_level
     from rodmodel import Domain
 
     psi = [math.radians(value) for value in options.psi_deg]
@@ -72,6 +72,10 @@ def _run(options: argparse.Namespace, command: str) -> int:
         winding.refuse_overlap(Thread())
     except ValueError as error:
         raise BadInputError(f"--layout {options.layout}: {error}") from error
+    try:
+        mesh_level(options.elements)
+    except ValueError as error:
+        raise BadInputError(f"--{error}") from error
     compliance = options.end_compliance_mm_per_n
     plan = RunPlan(
         geometry=ActuatorGeometry(),
@@ -242,7 +246,9 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument(
         "--pitch-mm", type=positive, default=3.0, help="winding pitch, twice the rings' spacing [mm]"
     )
-    run.add_argument("--elements", default="coarse", choices=["coarse", "medium", "paper"], help="mesh level")
+    run.add_argument(
+        "--elements", default="coarse", help="mesh level, as those of rodmodel-fem (default: %(default)s)"
+    )
     run.add_argument("--out", required=True, help="directory of the run")
     run.add_argument(
         "--extend",

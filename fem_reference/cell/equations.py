@@ -78,7 +78,7 @@ class CellEquations:
         axial_stiffness: float | None = None,
     ) -> None:
         winding.refuse_overlap(thread)
-        self.mesh = body_mesh(geometry, winding.period, level)
+        self.mesh = body_mesh(geometry, winding.period, level, winding.interval)
         # Threads begin where their circumference is clear of the bottom face, and so end in the next period.
         cylinder = (geometry.winding_diameter / 2.0, winding.period, level.around, thread.radius)
         ends = [line[:, 2].max() for line in winding.polylines(*cylinder)]

@@ -89,6 +89,11 @@ class Winding(abc.ABC):
 
     @property
     @abc.abstractmethod
+    def interval(self) -> float:
+        """Axial distance from one crossing of threads to the next, or from ring to ring [m]."""
+
+    @property
+    @abc.abstractmethod
     def mirror_symmetric(self) -> bool:
         """True if the mirror image in chamber 1's mid-plane is the layout itself, shifted along z."""
 
@@ -135,6 +140,11 @@ class _CrossedHelices(Winding):
         first coincide with themselves when this turn leads from one pair to the next: after pitch/pairs.
         """
         return self.pitch / self._pairs
+
+    @property
+    def interval(self) -> float:
+        """See `Winding.interval`: half a period, as each thread crosses one of the other hand at both sides."""
+        return 0.5 * self.period
 
     @property
     def mirror_symmetric(self) -> bool:
@@ -222,6 +232,11 @@ class Ring(Winding):
         return self.spacing
 
     @property
+    def interval(self) -> float:
+        """See `Winding.interval`."""
+        return self.spacing
+
+    @property
     def mirror_symmetric(self) -> bool:
         """A ring is its own mirror image in every plane through the axis."""
         return True
@@ -259,6 +274,11 @@ class NoWinding(Winding):
     def period(self) -> float:
         """Length of the cell [m]: the default pitch of the double helix, as any length is a period."""
         return 3e-3
+
+    @property
+    def interval(self) -> float:
+        """See `Winding.interval`; there is nothing between the cell's ends."""
+        return self.period
 
     @property
     def mirror_symmetric(self) -> bool:

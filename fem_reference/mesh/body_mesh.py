@@ -3,6 +3,7 @@
 Lengths are in millimetres.
 """
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,6 +16,9 @@ from fem_reference.mesh.cross_section import CHAMBERS, MILLIMETRE, MeshLevel, Se
 from fem_reference.mesh.hexahedron import reference_element
 
 BOTTOM, TOP = "bottom", "top"
+
+# Round-off of a number of layers.
+_ROUND_OFF = 1e-9
 
 #: Nodes of a hexahedron in tensor order, as VTK counts them.
 VTK_HEXAHEDRON = [0, 1, 3, 2, 4, 5, 7, 6]
@@ -109,7 +113,9 @@ class BodyMesh:
         return values[:, :own], areas
 
 
-def body_mesh(geometry: ActuatorGeometry, length: float, level: MeshLevel) -> BodyMesh:
+def body_mesh(
+    geometry: ActuatorGeometry, length: float, level: MeshLevel, interval: float | None = None
+) -> BodyMesh:
     """Mesh the body between z = 0 and z = ``length`` with hexahedra only.
 
     Parameters
@@ -117,6 +123,8 @@ def body_mesh(geometry: ActuatorGeometry, length: float, level: MeshLevel) -> Bo
     geometry : dimensions of the actuator.
     length : axial length [m].
     level : element counts.
+    interval : axial distance between crossings of threads, or rings [m]; the length is a multiple of it. Every
+        interval gets the same number of layers, two at least, and the length an even number.
 
     Returns
     -------
@@ -124,7 +132,9 @@ def body_mesh(geometry: ActuatorGeometry, length: float, level: MeshLevel) -> Bo
         ``chamber3``. Nodes of the top face lie straight above those of the bottom face.
     """
     section = mesh_section(geometry, level)
-    return _extrude(section, _grid(0.0, length * MILLIMETRE, level), np.empty(0), level.order)
+    end = length * MILLIMETRE
+    layers = _layers(end, level) if interval is None else _regular_layers(end, interval * MILLIMETRE, level)
+    return _extrude(section, _grid(0.0, end, layers, level.order), np.empty(0), level.order)
 
 
 def actuator_mesh(geometry: ActuatorGeometry, level: MeshLevel) -> BodyMesh:
@@ -143,11 +153,28 @@ def actuator_mesh(geometry: ActuatorGeometry, level: MeshLevel) -> BodyMesh:
     body = geometry.body_length * MILLIMETRE
     end = body + geometry.cap_length * MILLIMETRE
     section = mesh_section(geometry, level, filled=True)
-    return _extrude(section, _grid(0.0, body, level), _grid(body, end, level)[1:], level.order)
+    below = _grid(0.0, body, _layers(body, level), level.order)
+    above = _grid(body, end, _layers(end - body, level), level.order)
+    return _extrude(section, below, above[1:], level.order)
 
 
-def _grid(start: float, end: float, level: MeshLevel) -> Float[np.ndarray, " levels"]:
-    return np.linspace(start, end, max(2, round((end - start) / level.axial_size)) * level.order + 1)
+def _layers(length: float, level: MeshLevel) -> int:
+    return max(2, round(length / level.axial_size))
+
+
+def _regular_layers(length: float, interval: float, level: MeshLevel) -> int:
+    """Layers of a length with the same number in every interval.
+
+    A crossing between two layers holds the body otherwise than one within a layer, and threads that cross within
+    one layer cannot move past each other.
+    """
+    intervals = round(length / interval)
+    own = max(2, math.ceil(interval / level.axial_size - _ROUND_OFF))
+    return intervals * (own + own % 2 if intervals % 2 else own)
+
+
+def _grid(start: float, end: float, layers: int, order: int) -> Float[np.ndarray, " levels"]:
+    return np.linspace(start, end, layers * order + 1)
 
 
 def _extrude(

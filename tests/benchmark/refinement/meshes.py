@@ -1,14 +1,14 @@
 """Windings and nested meshes of the refinement study.
 
 A mesh is a section and a number of layers in a period. Of linear hexahedra there are the coarse section
-and one with twice its counts; of quadratic ones too. Layers double. So each of the two families has a mesh that is
-twice as fine in every direction, or tells both directions apart.
+and one with twice its counts; of quadratic ones too. Layers double. So each of the two families has a mesh
+that is twice as fine in every direction, or tells both directions apart.
 """
 
 import math
 from dataclasses import dataclass, replace
 
-from fem_reference import DoubleHelix, MeshLevel, Ring, SixHelix, Winding
+from fem_reference import LEVELS, DoubleHelix, MeshLevel, Ring, SixHelix, Winding
 
 SECTIONS = {
     "linear": MeshLevel(4, 12, 4, 4, 2, 2, 1, 1.0),
@@ -33,8 +33,8 @@ class Case:
 
 WINDINGS: dict[str, Case] = {
     "psi 90": Case(DoubleHelix(psi=math.pi / 2), 6, 4),
-    "rings": Case(Ring(), 3, 2),
-    "six helices": Case(SixHelix(), 2, 2),
+    "rings": Case(Ring(), 4, 2),
+    "six helices": Case(SixHelix(), 4, 4),
     "pitch 4": Case(DoubleHelix(pitch=4e-3), 8, 4),
     "psi 0": Case(DoubleHelix(), 6, 4),
     "psi 45": Case(DoubleHelix(psi=math.pi / 4), 6, 4),
@@ -48,18 +48,23 @@ WINDINGS: dict[str, Case] = {
 
 @dataclass(frozen=True)
 class Mesh:
-    """Section and layers of a mesh: ``layers`` times those of the family's coarsest one."""
+    """Section and layers of a mesh: ``layers`` times those of the family's coarsest one.
+
+    With no layers it is a level of that name, as it is.
+    """
 
     section: str
-    layers: int
+    layers: int = 0
 
     @property
     def name(self) -> str:
         """Name in tables and files."""
-        return f"{self.section} x{self.layers}"
+        return f"{self.section} x{self.layers}" if self.layers else self.section
 
     def level(self, case: Case) -> MeshLevel:
         """The mesh of that winding."""
+        if not self.layers:
+            return LEVELS[self.section]
         section = SECTIONS[self.section]
         layers = self.layers * (case.linear if section.order == 1 else case.quadratic)
         return replace(section, axial_size=1e3 * case.winding.period / layers)
@@ -68,6 +73,8 @@ class Mesh:
 #: From cheap to dear.
 MESHES = (
     Mesh("linear", 1),
+    Mesh("fine"),
+    Mesh("finer"),
     Mesh("quadratic", 1),
     Mesh("linear", 2),
     Mesh("quadratic", 2),

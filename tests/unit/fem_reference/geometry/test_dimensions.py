@@ -131,4 +131,4 @@ def test_levels_refine_one_another():
         for level in (mesh_level(name) for name in ("coarse", "medium", "paper"))
     ]
     assert counts[0] < counts[1] < counts[2]
-    assert [name for name in LEVELS if mesh_level(name).order == 2] == ["quadratic"]
+    assert [name for name in LEVELS if mesh_level(name).order == 2] == ["quadratic", "fine", "finer"]

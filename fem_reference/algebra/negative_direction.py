@@ -11,9 +11,12 @@ from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
 from fem_reference.algebra.factorisation import SymmetricSolver
 
-# Eigenvalues that are sought, those nearest zero; and their relative accuracy: any downhill way will do.
-_EIGENVALUES = 6
+# Eigenvalues that are sought beside one for each constraint: of the inverse the most negative ones. And their
+# relative accuracy: any downhill way will do.
+_EIGENVALUES = 2
 _ACCURACY = 1e-3
+# Restarts of Lanczos' method: there may be fewer negative ones, and the rest lie dense above zero.
+_RESTARTS = 10
 # Share of an eigenvector in the unknowns, above which it is not one of the constraints'.
 _OWN = 0.5
 
@@ -36,7 +39,14 @@ def negative_direction(
     inverse = LinearOperator((size, size), matvec=solve, dtype=float)
     start = np.random.default_rng(0).standard_normal(size)
     try:
-        values, vectors = eigsh(inverse, k=_EIGENVALUES, v0=start, tol=_ACCURACY)
+        values, vectors = eigsh(
+            inverse,
+            k=_EIGENVALUES + constraints,
+            which="SA",
+            v0=start,
+            tol=_ACCURACY,
+            maxiter=_RESTARTS,
+        )
     except ArpackNoConvergence as error:
         values, vectors = error.eigenvalues, error.eigenvectors
     unknowns = vectors[: size - constraints]
@@ -44,7 +54,7 @@ def negative_direction(
     own = np.flatnonzero((values < 0.0) & (norms > _OWN))
     if own.size == 0:
         return None
-    # The inverse's largest: the direction that costs least to leave, and leads the shortest way.
+    # Of the stiffness, the one nearest zero: the direction of the least loss.
     chosen = own[np.argmin(values[own])]
     found: np.ndarray = unknowns[:, chosen] / norms[chosen]
     return found

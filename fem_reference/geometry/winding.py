@@ -143,7 +143,7 @@ class _CrossedHelices(Winding):
 
     @property
     def interval(self) -> float:
-        """See `Winding.interval`: half a period, as each thread crosses one of the other hand at both sides."""
+        """Half a period: each thread crosses one of the other hand on either side; see `Winding.interval`."""
         return 0.5 * self.period
 
     @property

@@ -123,8 +123,8 @@ def body_mesh(
     geometry : dimensions of the actuator.
     length : axial length [m].
     level : element counts.
-    interval : axial distance between crossings of threads, or rings [m]; the length is a multiple of it. Every
-        interval gets the same number of layers, two at least, and the length an even number.
+    interval : axial distance between crossings of threads, or rings [m]; the length is a multiple of it.
+        Every interval gets the same number of layers, two at least, and the length an even number.
 
     Returns
     -------
@@ -165,8 +165,8 @@ def _layers(length: float, level: MeshLevel) -> int:
 def _regular_layers(length: float, interval: float, level: MeshLevel) -> int:
     """Layers of a length with the same number in every interval.
 
-    A crossing between two layers holds the body otherwise than one within a layer, and threads that cross within
-    one layer cannot move past each other.
+    A crossing between two layers holds the body otherwise than one within a layer, and threads that cross
+    within one layer cannot move past each other.
     """
     intervals = round(length / interval)
     own = max(2, math.ceil(interval / level.axial_size - _ROUND_OFF))

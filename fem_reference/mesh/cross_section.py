@@ -57,6 +57,8 @@ class MeshLevel:
 
 LEVELS = {
     "coarse": MeshLevel(4, 12, 4, 4, 2, 2, 1, 0.5),
+    # The same section with half the element length: for a whole actuator of any winding.
+    "layered": MeshLevel(4, 12, 4, 4, 2, 2, 1, 0.25),
     "medium": MeshLevel(6, 18, 4, 6, 3, 2, 1, 0.375),
     # About 0.4 mm everywhere, as in the paper.
     "paper": MeshLevel(8, 24, 4, 6, 4, 2, 1, 0.375),

@@ -1,4 +1,4 @@
-"""Layers of a cell: the same number from crossing to crossing, or from ring to ring, and no crossing in one."""
+"""Layers of a cell: as many from crossing to crossing, or from ring to ring, and no crossing within one."""
 
 import dataclasses
 

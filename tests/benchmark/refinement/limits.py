@@ -1,0 +1,74 @@
+"""Where two families of meshes lead, and how far each mesh is from there.
+
+Of a quantity q, linear hexahedra give q(1, 1), q(1, 2) and q(2, 2) on meshes of once or twice the section's
+counts and the layers; quadratic ones q(1, 1), q(1, 2) and q(2, 1). Both directions' errors add up to first
+order, which gives q(2, 2) of the quadratic ones. Richardson's extrapolation at second order then gives a limit
+of either family: contact and the threads' circumference leave neither a higher order. The interval spans the
+finest values and the extrapolated ones of both; its middle is the limit that meshes are compared with.
+
+References
+----------
+Richardson (1911), The approximate arithmetical solution by finite differences. Roache (1998), Verification
+and Validation in Computational Science and Engineering, ch. 5.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tests.benchmark.refinement.solve import Solved
+
+_ORDER = 2
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Interval in which the limit of a quantity lies."""
+
+    least: float
+    most: float
+
+    @property
+    def middle(self) -> float:
+        """Middle of the interval."""
+        return 0.5 * (self.least + self.most)
+
+    @property
+    def half_width(self) -> float:
+        """Half of the interval, relative to its middle."""
+        return 0.5 * (self.most - self.least) / abs(self.middle)
+
+    def error(self, value: float) -> float:
+        """Error of a value relative to the middle."""
+        return value / self.middle - 1.0
+
+
+def limit(by_mesh: dict[str, Solved], path: str, pressure_kpa: float, key: str) -> Limit | None:
+    """Return the interval of a quantity; None where neither family came so far.
+
+    Parameters
+    ----------
+    by_mesh : solved states by the mesh's name.
+    path, pressure_kpa, key : which state and quantity.
+    """
+
+    def of(name: str) -> float:
+        return by_mesh[name].value(path, pressure_kpa, key) if name in by_mesh else float("nan")
+
+    both = np.array(
+        [
+            _ends(of("linear x1"), of("linear-2 x2")),
+            _ends(
+                of("quadratic x1"),
+                of("quadratic-2 x1") + of("quadratic x2") - of("quadratic x1"),
+            ),
+        ]
+    )
+    if np.isnan(both).all():
+        return None
+    return Limit(float(np.nanmin(both)), float(np.nanmax(both)))
+
+
+def _ends(coarse: float, fine: float) -> tuple[float, float]:
+    """The finer of two nested meshes' values, and what the two extrapolate to."""
+    return fine, fine + (fine - coarse) / (2.0**_ORDER - 1.0)

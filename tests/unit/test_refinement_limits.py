@@ -1,0 +1,47 @@
+"""Limits of the refinement study, from values with errors of known order."""
+
+import numpy as np
+import pytest
+
+from tests.benchmark.refinement.limits import limit
+from tests.benchmark.refinement.solve import Solved
+
+TRUE = 60.0
+
+
+def solved(mesh: str, angle: float) -> Solved:
+    state = {"pressure_kpa": [40.0, 0.0, 0.0], "angle_deg": angle}
+    return Solved("psi 0", mesh, 1, 1, {"chamber 1": [state], "chambers 1+2": []})
+
+
+def family(name: str, section: float, axial: float, finest: str) -> dict[str, Solved]:
+    """Values with errors of second order in the section's and the layers' size."""
+    sizes = {f"{name} x1": (1.0, 1.0), f"{name} x2": (1.0, 0.5), f"{name}-2 {finest}": (0.5, 1.0)}
+    if finest == "x2":
+        sizes[f"{name}-2 x2"] = (0.5, 0.5)
+    return {
+        mesh: solved(mesh, TRUE * (1.0 + section * h**2 + axial * k**2)) for mesh, (h, k) in sizes.items()
+    }
+
+
+def test_errors_of_second_order_leave_the_true_limit_inside_or_at_the_end():
+    both = family("linear", -0.03, -0.01, "x2") | family("quadratic", 0.02, 0.005, "x1")
+    found = limit(both, "chamber 1", 40.0, "angle_deg")
+    assert found is not None
+    # The finest values err by a quarter of the coarse ones' errors, the extrapolated ones not at all.
+    assert found.least == pytest.approx(TRUE * (1.0 - 0.04 / 4.0))
+    assert found.most == pytest.approx(TRUE * (1.0 + 0.025 / 4.0))
+    assert found.error(TRUE) == pytest.approx(0.0, abs=found.half_width)
+
+
+@pytest.mark.parametrize("name", ["linear", "quadratic"])
+def test_one_family_alone_tells_a_limit(name):
+    alone = family(name, -0.03, -0.01, "x2" if name == "linear" else "x1")
+    found = limit(alone, "chamber 1", 40.0, "angle_deg")
+    assert found is not None
+    assert found.most == pytest.approx(TRUE)
+    assert np.isfinite(found.half_width)
+
+
+def test_without_the_finest_meshes_there_is_none():
+    assert limit({"linear x1": solved("linear x1", 59.0)}, "chamber 1", 40.0, "angle_deg") is None

@@ -31,7 +31,7 @@ from fem_reference.io import (
     read_record,
     refuse_faults,
 )
-from fem_reference.mesh import LEVELS, MeshLevel, mesh_level
+from fem_reference.mesh import LEVELS, MeshLevel, converged_level, mesh_level
 from fem_reference.runtime import keep_memory, prepare_process
 
 __all__ = [
@@ -63,6 +63,7 @@ __all__ = [
     "Text",
     "Thread",
     "Winding",
+    "converged_level",
     "follow",
     "keep_memory",
     "layout",

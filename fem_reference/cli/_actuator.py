@@ -44,7 +44,7 @@ def add_command(commands: Any) -> None:
         "actuator", help="whole actuator, clamped at its base: angle, plane, tip, volumes, axis"
     )
     add = actuator.add_argument
-    add_actuator(add)
+    add_actuator(add, elements="coarse")
     add("--tip-force-n", nargs="+", metavar="F", help="FX FY FZ: on the cap's outer face [N]")
     add("--tip-moment-nmm", nargs="+", metavar="M", help="MX MY MZ: on the cap's outer face [N mm]")
     add("--follower", action="store_true", help="tip force and moment turn with the cap")

@@ -38,14 +38,18 @@ class Parser(argparse.ArgumentParser):
         raise InputError(f"{message} (see {self.prog} --help)")
 
 
-def add_actuator(add: Callable[..., Any]) -> None:
-    """Add the flags of the actuator: winding, walls, mesh, pressures."""
+def add_actuator(add: Callable[..., Any], elements: str | None) -> None:
+    """Add the flags of the actuator: winding, walls, mesh, pressures.
+
+    ``elements`` is the default mesh level; None for that of the winding (`converged_level`).
+    """
+    told = elements or "fine, and finer for rings: within 1 %% of the limit"
     add("--layout", default="double-helix", help=f"winding: {', '.join(LAYOUTS)} (default: %(default)s)")
     add("--psi-deg", nargs="+", default=["0"], metavar="PSI", help="winding orientation [deg] (default: 0)")
     add("--pitch-mm", nargs="+", default=["3"], metavar="P", help="winding pitch [mm] (default: 3)")
     add("--spacing-mm", nargs="+", metavar="S", help="distance of rings [mm] (default: half the pitch)")
     add("--pressure-kpa", nargs="+", default=[], metavar="P", help="P1 P2 P3: gauge pressures [kPa]")
-    add("--elements", default="coarse", help=f"mesh level: {', '.join(LEVELS)} (default: %(default)s)")
+    add("--elements", default=elements, help=f"mesh level: {', '.join(LEVELS)} (default: {told})")
     for flag in _WALLS:
         add(flag, nargs="+", metavar="T", help=f"thickness of the {_WALLS[flag].replace('_', ' ')} [mm]")
     add(

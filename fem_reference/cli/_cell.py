@@ -24,6 +24,7 @@ from fem_reference.cli._arguments import (
 )
 from fem_reference.cli._progress import track
 from fem_reference.io import draw_cell, write_vtk
+from fem_reference.mesh import converged_level
 
 _STEP_KPA = 2.5
 # Load steps at least if a curve is plotted.
@@ -36,7 +37,7 @@ def add_command(commands: Any) -> None:
         "cell", help="one winding period, uniformly bent: angle and volumes of the whole body's length"
     )
     add = cell.add_argument
-    add_actuator(add)
+    add_actuator(add, elements=None)
     add("--moment-nmm", nargs="+", metavar="M", help="M1 M2 M3: external moment, body frame [N mm]")
     add("--curvature-per-m", nargs="+", metavar="U", help="U1 U2 U3: impose the curvature and twist [1/m]")
     add(
@@ -68,9 +69,8 @@ def _cell(options: argparse.Namespace) -> int:
     try:
         winding = read_winding(options)
         loads = _ramp(pressure, moment, curvature, 1 if options.plot is None else _PLOTTED_STEPS)
-        cell = PeriodCell(
-            read_geometry(options), winding, level=options.elements, end_compliance=1e-3 * compliance
-        )
+        level = options.elements or converged_level(winding)
+        cell = PeriodCell(read_geometry(options), winding, level, end_compliance=1e-3 * compliance)
         cell.refuse(loads[-1])
     except ValueError as error:
         raise InputError(with_flags(str(error))) from error

@@ -7,6 +7,7 @@ from fem_reference.mesh.body_mesh import BodyMesh as BodyMesh
 from fem_reference.mesh.body_mesh import actuator_mesh as actuator_mesh
 from fem_reference.mesh.body_mesh import body_mesh as body_mesh
 from fem_reference.mesh.body_mesh import cut as cut
+from fem_reference.mesh.converged_level import converged_level as converged_level
 from fem_reference.mesh.cross_section import CAVITY as CAVITY
 from fem_reference.mesh.cross_section import CHAMBERS as CHAMBERS
 from fem_reference.mesh.cross_section import LEVELS as LEVELS

@@ -2,9 +2,9 @@
 
 Of a quantity q, linear hexahedra give q(1, 1), q(1, 2) and q(2, 2) on meshes of once or twice the section's
 counts and the layers; quadratic ones q(1, 1), q(1, 2) and q(2, 1). Both directions' errors add up to first
-order, which gives q(2, 2) of the quadratic ones. Richardson's extrapolation at second order then gives a limit
-of either family: contact and the threads' circumference leave neither a higher order. The interval spans the
-finest values and the extrapolated ones of both; its middle is the limit that meshes are compared with.
+order, which gives q(2, 2) of the quadratic ones. Richardson's extrapolation at second order then gives a
+limit of either family: contact and the threads' circumference leave neither a higher order. The interval
+spans the finest values and the extrapolated ones of both; its middle is the limit for all meshes.
 
 References
 ----------

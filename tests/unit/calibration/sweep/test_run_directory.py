@@ -56,8 +56,8 @@ def test_a_mesh_by_its_name_and_by_its_counts_is_the_same(tmp_path):
 
 
 def test_a_mesh_without_a_name_is_refused_before_anything_is_written(tmp_path):
-    with pytest.raises(ValueError, match="elements: got 'fine'"):
-        open_run(tmp_path / "run", replace(PLAN, level="fine"), "run", {})
+    with pytest.raises(ValueError, match="elements: got 'absent'"):
+        open_run(tmp_path / "run", replace(PLAN, level="absent"), "run", {})
     assert not (tmp_path / "run" / "run.json").exists()
 
 

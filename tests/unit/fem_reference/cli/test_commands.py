@@ -10,7 +10,7 @@ from fem_reference import LEVELS, ActuatorGeometry
 from fem_reference.cli import main
 from tests.fem_fixtures import TINY
 
-QUICK = ["cell", "--pressure-kpa", "4", "1", "0"]
+QUICK = ["cell", "--elements", "coarse", "--pressure-kpa", "4", "1", "0"]
 
 
 def test_json_is_one_object_with_the_agreed_keys_and_the_vtk_file_opens(tmp_path, capsys):
@@ -44,7 +44,8 @@ def test_json_is_one_object_with_the_agreed_keys_and_the_vtk_file_opens(tmp_path
 @pytest.fixture
 def tiny(monkeypatch):
     """Meshes of the fewest elements, which the command's flags do not offer."""
-    monkeypatch.setitem(LEVELS, "coarse", TINY)
+    for name in LEVELS:
+        monkeypatch.setitem(LEVELS, name, TINY)
 
 
 def test_ends_that_give_let_the_silicone_slide_and_bend_less(tiny, capsys):
@@ -71,7 +72,14 @@ def test_the_imposed_curvature_is_taken(tiny, capsys):
 def test_every_layout_is_taken_and_drawn(layout, lines, tmp_path, capsys):
     file = tmp_path / "cell.vtu"
     assert (
-        main(["cell", "--pressure-kpa", "1", "0", "0", "--json", "--vtk", str(file), "--layout", *layout])
+        main(
+            [
+                *["cell", "--elements", "coarse", "--pressure-kpa", "1", "0", "0", "--json", "--vtk"],
+                str(file),
+                "--layout",
+                *layout,
+            ]
+        )
         == 0
     )
     told = json.loads(capsys.readouterr().out)

@@ -1,8 +1,9 @@
 """Does the solver converge for designs nobody has tried? Random valid actuators on random paths of pressure.
 
-Run as ``python -m tests.benchmark.studies.robustness [cell|thin|coarse] [--designs 50] [--first 0] [--seed 0]
-[--out DIR]``; ``--json`` for one object. What is followed is the cell, or the full actuator on a thin mesh of
-3 600 hexahedra or on the coarse one; ``--first`` goes on with later designs. Walls differ by up to 25 % from
+Run as ``python -m tests.benchmark.studies.robustness [cell|thin|coarse] [--elements coarse] [--designs 50]
+[--first 0] [--seed 0] [--out DIR]``; ``--json`` for one object. What is followed is the cell, on that mesh
+level, or the full actuator on a thin mesh of 3 600 hexahedra or on the coarse one; ``--first`` goes on with
+later designs. Walls differ by up to 25 % from
 the paper's, pitches lie between 1.5 and 6 mm, ψ between 0 and 180°, the layout is any. A path goes
 through three random triples of pressures up to 40 kPa, so that chambers are also let go. A design that cannot
 be built is refused before it is meshed, and drawn anew. A path that fails says where, and its last good state
@@ -24,6 +25,7 @@ import numpy as np
 
 from fem_reference import (
     LAYOUTS,
+    LEVELS,
     Actuator,
     ActuatorError,
     ActuatorGeometry,
@@ -88,12 +90,14 @@ def designs(seed: int) -> Iterator[Design]:
         yield Design(geometry, winding, tuple(Load(tuple(p.tolist())) for p in pressures))
 
 
-def outcome(design: Design, level: MeshLevel | None, keep: Path | None) -> dict[str, Any]:
-    """What became of a design's path: in the cell, or in the actuator on a mesh of that level."""
+def outcome(
+    design: Design, level: MeshLevel | None, keep: Path | None, elements: str = "coarse"
+) -> dict[str, Any]:
+    """What became of a design's path: in the cell with those ``elements``, or in the actuator on a ``level``."""
     start = time.perf_counter()
     record: dict[str, Any] = design.described()
     try:
-        iterations, jumps = _in_cell(design) if level is None else _in_actuator(design, level)
+        iterations, jumps = _in_cell(design, elements) if level is None else _in_actuator(design, level)
         record |= {"converged": True, "iterations": iterations, "snapped": jumps}
     except (CellError, ActuatorError) as error:
         record |= {"converged": False, "error": str(error)}
@@ -105,9 +109,9 @@ def outcome(design: Design, level: MeshLevel | None, keep: Path | None) -> dict[
     return record | {"seconds": round(time.perf_counter() - start, 1)}
 
 
-def _in_cell(design: Design) -> tuple[int, int]:
+def _in_cell(design: Design, elements: str) -> tuple[int, int]:
     """Newton's iterations, those of steps in vain left out, and how often walls snapped."""
-    states = list(follow(PeriodCell(design.geometry, design.winding), design.loads))
+    states = list(follow(PeriodCell(design.geometry, design.winding, elements), design.loads))
     return sum(state.iterations for state in states), sum(state.jumped for state in states)
 
 
@@ -124,6 +128,7 @@ def main() -> None:
     """Draw designs, follow their paths, and report."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("what", nargs="?", choices=MESHES, default="cell", help="(default: %(default)s)")
+    parser.add_argument("--elements", choices=LEVELS, default="coarse", help="of the cell (default: coarse)")
     parser.add_argument("--first", type=int, default=0, help="number of the first one (default: %(default)s)")
     parser.add_argument("--designs", type=int, default=50, help="how many (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=0, help="of the designs")
@@ -137,7 +142,7 @@ def main() -> None:
     drawn = islice(designs(options.seed), options.first, options.first + options.designs)
     for number, design in enumerate(drawn, start=options.first):
         keep = None if options.out is None else options.out / f"design_{number:03d}.npz"
-        rows.append(outcome(design, MESHES[options.what], keep))
+        rows.append(outcome(design, MESHES[options.what], keep, options.elements))
         row = rows[-1]
         if not options.json:
             end = f": {row.get('error')}"

@@ -93,7 +93,7 @@ def designs(seed: int) -> Iterator[Design]:
 def outcome(
     design: Design, level: MeshLevel | None, keep: Path | None, elements: str = "coarse"
 ) -> dict[str, Any]:
-    """What became of a design's path: in the cell with those ``elements``, or in the actuator on a ``level``."""
+    """What became of a path: in the cell with those ``elements``, or in the actuator on a ``level``."""
     start = time.perf_counter()
     record: dict[str, Any] = design.described()
     try:

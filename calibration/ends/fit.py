@@ -336,12 +336,13 @@ class Bending:
 
 def cell_bending(states: xr.Dataset, compliance: float) -> Bending:
     """Compute the cell at the pressures of unloaded states, with an end compliance [m/N]."""
-    names, mesh = states["case"].values, truth_level(states)
+    names = states["case"].values
     found: dict[int, CellState] = {}
     for name in dict.fromkeys(names):
         own = np.flatnonzero(names == name)
         loads = [Load((float(p), float(q), float(r))) for p, q, r in states["pressure"].values[own]]
-        cell = PeriodCell(winding=case_of(name).winding, level=mesh, end_compliance=compliance)
+        level = truth_level(states, str(name))
+        cell = PeriodCell(winding=case_of(name).winding, level=level, end_compliance=compliance)
         found.update(zip(own, follow(cell, loads), strict=True))
     (rest,) = follow(cell, [Load((0.0, 0.0, 0.0))])
     ordered = [found[row] for row in range(len(names))]

@@ -12,6 +12,7 @@ from typing import Any
 
 from calibration.progress import progress_bar
 from calibration.sweep.design import LoadingPath
+from calibration.sweep.directory_lock import sole_sweep
 from calibration.sweep.errors import NoSchedulerError, SweepError, WorkersDiedError
 from calibration.sweep.path_file import PathRecord, PathWriter, path_file, read_path
 from calibration.sweep.tracing import Trace
@@ -44,11 +45,24 @@ def run_sweep(
     Raises
     ------
     SweepError
-        If the scheduler does not answer, or worker processes died repeatedly on one path; run again to
-        resume.
+        If another sweep uses the directory, the scheduler does not answer, or worker processes died
+        repeatedly on one path; run again to resume.
     PathFileError
         If a path's file is damaged.
     """
+    with sole_sweep(directory):
+        return _swept(make_trace, paths, directory, workers, scheduler, show_progress)
+
+
+def _swept(
+    make_trace: Callable[[], Trace],
+    paths: Sequence[LoadingPath],
+    directory: Path,
+    workers: int,
+    scheduler: str | None,
+    show_progress: bool | None,
+) -> dict[str, PathRecord]:
+    """See `run_sweep`, whose directory is held."""
     files = {path.name: path_file(directory, path.name) for path in paths}
     pending = {path.name: path for path in paths if read_path(files[path.name]).end is None}
     if pending:

@@ -1,7 +1,7 @@
 """Runs of the full actuator, traced case by case and gathered into a dataset for comparison with rods."""
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -158,26 +158,12 @@ def gather(directory: Path, chosen: Sequence[TruthCase] | None = None) -> xr.Dat
     ):
         data[name] = (("state",), np.array(values, dtype=object))
     coords = {"station": ("station", STATIONS, {"units": "m"})}
-    meshes = {_mesh_text(run["mesh"]) for run in provenance.values()}
-    if len(meshes) > 1:
-        raise TruthError(f"truth: got runs on the meshes {', '.join(sorted(meshes))}, expected one mesh")
-    attrs = {"runs": json.dumps(provenance), "mesh": meshes.pop()}
+    attrs = {"runs": json.dumps(provenance), "mesh": _common_mesh(provenance)}
     return xr.Dataset(data, coords=coords, attrs=attrs)
 
 
 def merged(held: xr.Dataset, found: xr.Dataset) -> xr.Dataset:
-    """Merge the cases of two datasets in the order of `cases`; a case in both is taken from the second.
-
-    Raises
-    ------
-    TruthError
-        If their meshes differ.
-    """
-    if held.attrs["mesh"] != found.attrs["mesh"]:
-        raise TruthError(
-            f"truth: got runs on the mesh {found.attrs['mesh']} beside those on {held.attrs['mesh']}, "
-            "expected one mesh"
-        )
+    """Merge the cases of two datasets in the order of `cases`; a case in both is taken from the second."""
     kept = held.isel(state=~np.isin(held["case"].values.astype(str), found["case"].values.astype(str)))
     both = xr.concat([kept, found], dim="state", combine_attrs="drop")
     order = {case.name: number for number, case in enumerate(cases())}
@@ -186,26 +172,28 @@ def merged(held: xr.Dataset, found: xr.Dataset) -> xr.Dataset:
     runs = dict(sorted(runs.items(), key=lambda run: order.get(run[0], len(order))))
     both = both.isel(state=np.argsort(numbers, kind="stable"))
     # A file's encoding limits the length of strings, which would cut longer names.
-    return both.assign_attrs(runs=json.dumps(runs), mesh=found.attrs["mesh"]).drop_encoding()
+    return both.assign_attrs(runs=json.dumps(runs), mesh=_common_mesh(runs)).drop_encoding()
 
 
-def truth_level(truth: xr.Dataset) -> MeshLevel:
-    """Return the mesh level of a dataset's runs.
+def truth_level(truth: xr.Dataset, case: str) -> MeshLevel:
+    """Return the mesh level of a case's run.
 
     Raises
     ------
     ValueError
-        If its attribute is not a mesh level.
+        If the file does not say it, or it is not a mesh level.
     """
-    record = truth.attrs.get("mesh")
-    if isinstance(record, str) and record.startswith("{"):
-        record = parse_record(record, "mesh", {})
-    return level_from_record(record, "mesh")
+    runs = parse_record(str(truth.attrs.get("runs", "{}")), "runs", {})
+    if case not in runs:
+        raise ValueError(f"runs: got nothing of the case {case!r}, expected its mesh")
+    return level_from_record(runs[case].get("mesh"), f"runs: {case}: mesh")
 
 
-def _mesh_text(record: Any) -> str:
-    """Return a mesh level for an attribute: its name, or the JSON of its counts."""
-    return record if isinstance(record, str) else json.dumps(record, sort_keys=True)
+def _common_mesh(runs: Mapping[str, Any]) -> str:
+    """Return the mesh of all runs for an attribute, its name or the JSON of its counts; or ``several``."""
+    records = [run.get("mesh") for run in runs.values()]
+    meshes = {record if isinstance(record, str) else json.dumps(record, sort_keys=True) for record in records}
+    return meshes.pop() if len(meshes) == 1 else "several"
 
 
 def load_truth(file: Path) -> xr.Dataset:
@@ -237,10 +225,10 @@ def load_truth(file: Path) -> xr.Dataset:
         )
     try:
         _refuse_states(truth)
-        truth_level(truth)
         runs = parse_record(str(truth.attrs.get("runs", "{}")), "runs", {})
         for name, run in runs.items():
             refuse_faults(run, f"runs: {name}", _NOTE_KEYS)
+            truth_level(truth, name)
     except ValueError as error:
         raise TruthError(f"truth: {file}: {error}") from error
     return truth

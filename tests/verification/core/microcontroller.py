@@ -30,11 +30,21 @@ class Footprint:
     workspace: dict[str, int]
 
 
+def objects(folder: Path, single_precision: bool) -> tuple[str, ...]:
+    """Files of the compiled core and law; both programs are linked with the same."""
+    compiled = tuple(source.replace(".c", ".o") for source in CORE)
+    for source, out in zip(CORE, compiled, strict=True):
+        if not (folder / out).exists():
+            flags = (*TARGET, UNITS[single_precision], *CODE, *WARNINGS, "-c")
+            build(folder, [TOOLS[0]], *flags, sources=(source,), out=out)
+    return compiled
+
+
 def run(folder: Path, program: str, single_precision: bool) -> str:
     """Output of `example`, or of `footprint`, on the emulated processor."""
     source = folder / "main.c" if program == "example" else HERE / "footprint.c"
     flags = (*TARGET, UNITS[single_precision], *CODE, *WARNINGS, *LINK)
-    sources = (HERE / "startup.c", source, *CORE)
+    sources = (HERE / "startup.c", source, *objects(folder, single_precision))
     image = build(folder, [TOOLS[0]], *flags, sources=sources, out=f"{program}.elf")
     return output([TOOLS[2], *MACHINE, "-kernel", str(image)])
 
@@ -44,10 +54,8 @@ def footprint(folder: Path, single_precision: bool) -> Footprint:
     rows = dict(line.split() for line in run(folder, "footprint", single_precision).splitlines())
     assert rows["good"] == "1"
     sizes = []
-    for source in CORE:
-        line = [TOOLS[0], *TARGET, UNITS[single_precision], *CODE, "-c", source]
-        subprocess.run(line, cwd=folder, check=True)
-        listed = output([TOOLS[1], source.replace(".c", ".o")], cwd=folder).splitlines()[1].split()
+    for compiled in objects(folder, single_precision):
+        listed = output([TOOLS[1], compiled], cwd=folder).splitlines()[1].split()
         text, data, bss = (int(number) for number in listed[:3])
         # Constants and code alone: the core keeps no state.
         assert data == bss == 0

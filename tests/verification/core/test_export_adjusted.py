@@ -26,7 +26,7 @@ def test_the_exported_example_prints_the_numbers_of_the_adjusted_rod(tmp_path: P
         r"#define ANGLE_ERROR .*?([0-9][-+.e0-9]*)\)", (tmp_path / "rod" / "law.c").read_text()
     )
     assert float(error) == 0.05
-    program = build(tmp_path / "rod", compiler("gcc"), *C99, "-O1", sources=("main.c", *CORE), out="example")
+    program = build(tmp_path / "rod", compiler("gcc"), *C99, "-O0", sources=("main.c", *CORE), out="example")
     rows, rod = table(output(program)), CoreRod.of(of_mine)
     assert rows["failures"] == 0
     unloaded = rows["predict"][:3]

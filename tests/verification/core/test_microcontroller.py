@@ -14,18 +14,24 @@ PARTS = {False: 1e-12, True: 2e-4}
 RAM, FLASH = {False: 128 * 1024, True: 64 * 1024}, 1024 * 1024
 
 
-@pytest.mark.parametrize("single_precision", [False, True])
-def test_the_example_prints_the_numbers_of_python(tmp_path: Path, single_precision: bool):
+@pytest.fixture(scope="module", params=[False, True])
+def single_precision(request: pytest.FixtureRequest) -> bool:
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def folder(single_precision: bool, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The core is compiled into it once for both tests."""
     needs(*microcontroller.TOOLS)
-    folder = exported(tmp_path / "rod", single_precision=single_precision)
+    return exported(tmp_path_factory.mktemp("target") / "rod", single_precision=single_precision)
+
+
+def test_the_example_prints_the_numbers_of_python(folder: Path, single_precision: bool):
     rows = table(microcontroller.run(folder, "example", single_precision))
     assert_example(rows, OWN, PARTS[single_precision])
 
 
-@pytest.mark.parametrize("single_precision", [False, True])
-def test_a_rod_fits_into_a_small_controller(tmp_path: Path, single_precision: bool):
-    needs(*microcontroller.TOOLS)
-    folder = exported(tmp_path / "rod", single_precision=single_precision)
+def test_a_rod_fits_into_a_small_controller(folder: Path, single_precision: bool):
     found = microcontroller.footprint(folder, single_precision)
     assert found.workspace["jacobian"] + max(found.stack.values()) < RAM[single_precision]
     assert found.workspace["solve"] < found.workspace["jacobian"]

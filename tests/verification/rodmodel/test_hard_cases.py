@@ -70,11 +70,22 @@ CHAMBERS = np.array([[0.0, 0.5, -0.5], [-0.6, 0.3, 0.3], [0.0, 0.0, 0.0]])
 
 def solve_all(
     rod: Rod, cases: tuple[np.ndarray, np.ndarray, np.ndarray], solver: FixedStep | Adaptive
-) -> rodmodel.Solution:
-    def one(pressure: jax.Array, force: jax.Array, gravity: jax.Array) -> rodmodel.Solution:
-        return rod.solve(pressure, force, gravity=gravity, solver=solver, throw=False)
+) -> dict[str, np.ndarray]:
+    """One case after the other: all in one batch take gigabytes, and as many iterations as the hardest."""
 
-    return jax.jit(jax.vmap(one))(*cases)
+    def one(case: tuple[jax.Array, jax.Array, jax.Array]) -> dict[str, jax.Array]:
+        pressure, force, gravity = case
+        solution = rod.solve(pressure, force, gravity=gravity, solver=solver, throw=False)
+        return {
+            "tip_position": solution.tip_position,
+            "bending_angle": solution.bending_angle,
+            "converged": solution.converged,
+            "successful": solution.result == RESULTS.successful,
+            "in_domain": solution.in_domain,
+        }
+
+    found = jax.jit(lambda cases: jax.lax.map(one, cases))(cases)
+    return {name: np.asarray(values) for name, values in found.items()}
 
 
 def random_cases(rod: Rod, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -92,27 +103,32 @@ def test_random_cases_of_a_convex_law_converge(column: Rod) -> None:
     """From a cold start, to about 130 degrees: 99.9 % converge, the others are flagged, no NaN."""
     section = LinearLaw(column.section.section_stiffness, 1e-3 * jnp.array(CHAMBERS))
     rod = Rod(section, synthetic.ACTUATOR, rodmodel.load("double-helix").domain, 0.0)
-    solution = solve_all(rod, random_cases(rod, MANY), FixedStep(8))
-    assert np.mean(solution.converged) >= 0.999
-    assert np.all(np.isfinite(solution.tip_position))
-    assert np.all(np.isfinite(solution.bending_angle))
-    np.testing.assert_array_equal(solution.result == RESULTS.successful, solution.converged)
+    found = solve_all(rod, random_cases(rod, MANY), FixedStep(8))
+    assert np.mean(found["converged"]) >= 0.999
+    assert np.all(np.isfinite(found["tip_position"]))
+    assert np.all(np.isfinite(found["bending_angle"]))
+    np.testing.assert_array_equal(found["successful"], found["converged"])
 
 
 def test_random_cases_of_the_shipped_law_agree_or_are_flagged() -> None:
     """From a cold start 99.9 % converge; the others are flagged; there is no NaN.
-    Where both solvers are inside the calibration, tips agree to 1e-5 of the length. Of 10 000 cases one is so
-    soft that 32 steps leave 4e-5, and order 4 a sixteenth of that with twice as many."""
+    Where both solvers are inside the calibration, tips agree to 1e-5 of the length, with 64 steps, for soft
+    rods: of 10 000 cases one has 4e-5 with 32, and order 4 leaves a sixteenth of that with twice as many.
+
+    Both solvers take three minutes for half of those 10 000. Were one case in a thousand to fail, none of
+    5 000 would in one draw of a hundred and fifty: so many tell a share of 0.1 %."""
     rod = rodmodel.load("double-helix")
-    cases = random_cases(rod, MANY)
+    cases = tuple(values[: MANY // 2] for values in random_cases(rod, MANY))
     fixed, adaptive = (solve_all(rod, cases, solver) for solver in (FixedStep(64), Adaptive()))
-    for solution in (fixed, adaptive):
-        assert np.all(np.isfinite(solution.tip_position))
-        assert np.sum(~solution.converged) <= MANY // 1000
-        np.testing.assert_array_equal(solution.result == RESULTS.successful, solution.converged)
-    inside = np.asarray(fixed.in_domain & adaptive.in_domain & fixed.converged & adaptive.converged)
+    for found in (fixed, adaptive):
+        assert np.all(np.isfinite(found["tip_position"]))
+        assert np.mean(~found["converged"]) <= 0.001
+        np.testing.assert_array_equal(found["successful"], found["converged"])
+    inside = np.logical_and.reduce(
+        [found[name] for found in (fixed, adaptive) for name in ("in_domain", "converged")]
+    )
     assert inside.mean() > 0.99
-    apart = np.linalg.norm(fixed.tip_position - adaptive.tip_position, axis=1)[inside]
+    apart = np.linalg.norm(fixed["tip_position"] - adaptive["tip_position"], axis=1)[inside]
     assert apart.max() < 1e-5 * LENGTH
 
 

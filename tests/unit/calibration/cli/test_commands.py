@@ -114,7 +114,7 @@ def calibrated(run_directory, tmp_path_factory):
         patch.setattr("calibration.fit.pipeline.STARTS", 1)
         patch.setattr("calibration.fit.pipeline.TRIAL_ITERATIONS", 5)
         arguments = ["fit", str(run_directory / "dataset.nc"), "--out", str(file)]
-        assert main([*arguments, "--ridges", "10", "--features", "8", "--iterations", "20", "--json"]) == 0
+        assert main([*arguments, "--ridges", "6", "--features", "5", "--iterations", "20", "--json"]) == 0
     return file
 
 
@@ -139,7 +139,7 @@ def test_fit_writes_a_calibration_that_a_rod_can_use(calibrated, run_directory):
 
 def test_fit_begins_near_the_law_of_another_winding(calibrated, run_directory, tmp_path, bad):
     fitted = ["fit", str(run_directory / "dataset.nc"), "--out", str(tmp_path / "law.json")]
-    status, line = bad(*fitted, "--near", str(calibrated), "--ridges", "10")
+    status, line = bad(*fitted, "--near", str(calibrated), "--ridges", "6")
     assert status == 2
     assert "--near" in line
     assert "expected the size to be that law's" in line
@@ -154,7 +154,7 @@ def test_fit_begins_near_the_law_of_another_winding(calibrated, run_directory, t
     assert not (tmp_path / "law.json").exists()
     assert main([*fitted, "--near", str(calibrated), "--iterations", "2"]) == 0
     provenance = rodmodel.read_calibration(tmp_path / "law.json").provenance
-    assert provenance["training"]["ridges"] == 10
+    assert provenance["training"]["ridges"] == 6
     assert provenance["near_sha256"] == [sha256(calibrated)]
     several = str(tmp_path / "law.json"), str(calibrated)
     out = tmp_path / "mean.json"

@@ -54,10 +54,14 @@ def pressures(chambers, up_to=40.0):
 ALL = pressures([(1, 0, 0), (0, 1, 0), (0, 0, 1), (0.6, 0.6, 0), (0, 0.6, 0.6), (0.6, 0, 0.6)])
 
 
+@eqx.filter_jit
+def solve_each(rod, pressure):
+    return jax.vmap(lambda p: rod.solve(p, throw=False))(pressure)
+
+
 def true_values(rod, parameters, pressure):
     """Angle, plane and tip of the adjusted rod, by its own reference solver."""
-    adjusted = adjusted_rod(rod, parameters)
-    solved = eqx.filter_jit(jax.vmap(lambda p: adjusted.solve(p, throw=False)))(pressure)
+    solved = solve_each(adjusted_rod(rod, parameters), pressure)
     assert np.all(solved.converged)
     bend = np.stack([solved.bending_angle, solved.bending_plane], axis=1)
     return np.concatenate([bend, solved.tip_position], axis=1)
@@ -79,8 +83,25 @@ def exact(rod):
     return true_values(rod, TRUTH, ALL)
 
 
-def test_known_parameters_come_back_from_data_without_noise(rod, exact):
-    fit = fit_measured(rod, rows(ALL, exact), NOISE)
+@pytest.fixture(scope="module")
+def of_exact(rod, exact):
+    """Fit to data without noise."""
+    return fit_measured(rod, rows(ALL, exact), NOISE)
+
+
+@pytest.fixture(scope="module")
+def noisy_values(exact):
+    return noisy(exact, np.random.default_rng(2))
+
+
+@pytest.fixture(scope="module")
+def of_noisy(rod, noisy_values):
+    """Fit to data with noise."""
+    return fit_measured(rod, rows(ALL, noisy_values), NOISE)
+
+
+def test_known_parameters_come_back_from_data_without_noise(of_exact):
+    fit = of_exact
     # Without loads the scale of the moment law does not show, to any precision.
     assert [held.name for held in fit.held] == ["stiffness_scale"]
     assert fit.held[0].uncertainty == np.inf
@@ -118,11 +139,9 @@ def test_the_intervals_of_a_hundred_noise_draws_contain_the_truth(rod, exact):
     assert abs(np.mean(squares) - 1.0) < 0.05
 
 
-def test_noise_of_another_size_is_estimated_from_the_residuals(rod, exact):
-    data = rows(ALL, noisy(exact, np.random.default_rng(3)))
-    given = fit_measured(rod, data, NOISE)
+def test_noise_of_another_size_is_estimated_from_the_residuals(rod, noisy_values, of_noisy):
     third = Noise(NOISE.angle / 3.0, NOISE.position / 3.0, estimate=True)
-    estimated = fit_measured(rod, data, third)
+    given, estimated = of_noisy, fit_measured(rod, rows(ALL, noisy_values), third)
     # The same weights up to a factor: the same minimum, to the tolerance of least squares.
     np.testing.assert_allclose(estimated.parameters, given.parameters, rtol=1e-5, atol=0.1)
     assert estimated.noise_scale == pytest.approx(3.0, rel=0.25)  # 111 degrees of freedom: 7 % standard error
@@ -203,15 +222,23 @@ def test_a_tip_load_shows_the_stiffness_scale():
     assert np.all(np.abs(fit.parameters - truth)[free] < 0.02 * fit.standard_error[free])
 
 
+@eqx.filter_jit
+def section(law, u, p):
+    """Moment, stiffness, and both as derivatives of the energy; the moment at the free curvature."""
+    at = law.at(p)
+    derived = jax.grad(at.energy)(u), jax.hessian(at.energy)(u)
+    return (at.moment(u), at.stiffness(u)), derived, at.moment(at.free_curvature)
+
+
 @pytest.mark.parametrize("pressure", [[0.0, 0.0, 0.0], [30e3, 0.0, 0.0], [5e3, 20e3, 10e3]])
 def test_the_adjusted_law_is_a_potential_with_its_moment_and_free_curvature(rod, pressure):
     law = AdjustedLaw(rod.section, jnp.asarray([1.3, *TRUTH[1:]]))
     u, p = jnp.array([3.0, -14.0, 2.0]), jnp.asarray(pressure)
-    at = law.at(p)
-    np.testing.assert_allclose(at.moment(u), jax.grad(at.energy)(u), rtol=1e-12)
-    np.testing.assert_allclose(at.stiffness(u), jax.hessian(at.energy)(u), rtol=1e-10, atol=1e-17)
+    (moment, stiffness), (slope, curved), left = section(law, u, p)
+    np.testing.assert_allclose(moment, slope, rtol=1e-12)
+    np.testing.assert_allclose(stiffness, curved, rtol=1e-10, atol=1e-17)
     # Newton's method has come to rounding: of moments, 1e-16 of some 1e-3 N m.
-    assert np.max(np.abs(at.moment(at.free_curvature))) < 1e-16
+    assert np.max(np.abs(left)) < 1e-16
 
 
 def test_the_default_parameters_leave_the_law_as_it_is(rod):
@@ -310,8 +337,8 @@ def test_the_command_line_takes_the_file(tmp_path, capsys, arguments):
     assert answer["not_converged"] == 0 if "samples" in answer else answer["converged"]
 
 
-def test_rows_that_are_repeated_tell_no_more_than_one(rod, exact):
-    once = fit_measured(rod, rows(ALL, exact), NOISE)
+def test_rows_that_are_repeated_tell_no_more_than_one(rod, exact, of_exact):
+    once = of_exact
     nine = fit_measured(rod, rows(np.tile(ALL, (9, 1)), np.tile(exact, (9, 1))), NOISE)
     np.testing.assert_allclose(nine.standard_error, once.standard_error, rtol=1e-6)
     np.testing.assert_allclose(nine.interval, once.interval, rtol=1e-6, atol=1e-6)
@@ -319,9 +346,8 @@ def test_rows_that_are_repeated_tell_no_more_than_one(rod, exact):
     np.testing.assert_allclose(nine.repeats.scatter, 0.0, atol=1e-12)
 
 
-def test_states_left_out_are_predicted_as_a_fit_without_them_does(rod, exact):
-    values = noisy(exact, np.random.default_rng(2))
-    found = fit_measured(rod, rows(ALL, values), NOISE)
+def test_states_left_out_are_predicted_as_a_fit_without_them_does(rod, noisy_values, of_noisy):
+    values, found = noisy_values, of_noisy
     for state in (3, 10, 22):
         others = np.delete(np.arange(len(ALL)), state)
         without = fit_measured(rod, rows(ALL[others], values[others]), NOISE)

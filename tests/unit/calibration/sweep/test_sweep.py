@@ -28,10 +28,19 @@ def trace_into(file, tracer=None, path=None):
     PathWriter(file).add(trace_path(tracer(), ramp() if path is None else path))
 
 
-def test_two_processes_trace_every_load_of_every_path_once(tmp_path):
-    paths = [ramp("a"), ramp("b", pressure=(0.0, 30e3, 3e3)), ramp("c", pressure=(1e3, 1e3, 1e3), steps=3)]
-    records = run_sweep(ManufacturedTracer(), paths, tmp_path, workers=2)
-    for path in paths:
+PATHS = [ramp("a"), ramp("b", pressure=(0.0, 30e3, 3e3)), ramp("c", pressure=(1e3, 1e3, 1e3), steps=3)]
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory):
+    """Run directory and records of a sweep by two processes."""
+    directory = tmp_path_factory.mktemp("swept")
+    return directory, run_sweep(ManufacturedTracer(), PATHS, directory, workers=2)
+
+
+def test_two_processes_trace_every_load_of_every_path_once(swept):
+    _, records = swept
+    for path in PATHS:
         record = records[path.name]
         assert record.end == {"attempts": 1}
         assert [tuple(state["pressure"]) for state in record.states] == [load.pressure for load in path.loads]
@@ -67,12 +76,13 @@ def test_a_killed_path_keeps_its_states_and_is_finished_by_the_next_run(tmp_path
     assert [state["curvature"] for state in again.states] == [state["curvature"] for state in whole.states]
 
 
-def test_finished_paths_are_left_alone(tmp_path):
-    paths = [ramp("a", steps=3)]
-    run_sweep(ManufacturedTracer(), paths, tmp_path, workers=1)
-    before = (tmp_path / "paths" / "a.jsonl").read_bytes()
-    run_sweep(ManufacturedTracer(), paths, tmp_path, workers=1)
-    assert (tmp_path / "paths" / "a.jsonl").read_bytes() == before
+def test_finished_paths_are_left_alone(swept):
+    directory, records = swept
+    before = {file: (file.read_bytes(), file.stat().st_mtime_ns) for file in (directory / "paths").iterdir()}
+    assert len(before) == len(PATHS)
+    assert run_sweep(ManufacturedTracer(), PATHS, directory, workers=1) == records
+    after = {file: (file.read_bytes(), file.stat().st_mtime_ns) for file in (directory / "paths").iterdir()}
+    assert after == before
 
 
 def test_a_path_that_cannot_go_on_keeps_its_states_and_says_where_it_ended(tmp_path):
@@ -153,8 +163,8 @@ def test_a_step_that_was_too_large_is_taken_in_smaller_ones(tmp_path):
     assert {state["attempt"] for state in record.states} == {2}
 
 
-def test_an_existing_cluster_traces_paths_for_a_folder_that_it_need_not_see(tmp_path):
-    paths = [ramp("a"), ramp("b", pressure=(0.0, 30e3, 3e3))]
+def test_an_existing_cluster_traces_paths_for_a_folder_that_it_need_not_see(tmp_path, swept):
+    _, alone = swept
     with LocalCluster(
         n_workers=1,
         threads_per_worker=1,
@@ -162,10 +172,7 @@ def test_an_existing_cluster_traces_paths_for_a_folder_that_it_need_not_see(tmp_
         dashboard_address="127.0.0.1:0",
         worker_dashboard_address="127.0.0.1:0",
     ) as cluster:
-        records = run_sweep(
-            ManufacturedTracer(), paths, tmp_path / "far", scheduler=cluster.scheduler_address
-        )
-    alone = run_sweep(ManufacturedTracer(), paths, tmp_path / "near", workers=1)
+        records = run_sweep(ManufacturedTracer(), PATHS[:2], tmp_path, scheduler=cluster.scheduler_address)
     for name in ("a", "b"):
         assert records[name].end == {"attempts": 1}
         assert [s["curvature"] for s in records[name].states] == [s["curvature"] for s in alone[name].states]

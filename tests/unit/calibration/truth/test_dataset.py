@@ -22,11 +22,13 @@ from calibration.truth import (
     truth_level,
 )
 from calibration.truth.dataset import STATIONS
-from fem_reference import ActuatorLoad, DoubleHelix, Thread
+from fem_reference import LEVELS, ActuatorLoad, DoubleHelix, Thread
 from fem_reference.io import RunError
 from tests.fem_fixtures import TINY
 
 SMALL = TruthCase("small", "judge", DoubleHelix(), tuple(ActuatorLoad((p, 0.0, 0.0)) for p in (2e3, 4e3)))
+#: Provenance of a run that was not made here.
+NOTE = {"command": "rodmodel-calibrate truth pair23", "code_version": "unknown", "date": "2026-11-29"}
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +89,8 @@ def test_cases_come_to_those_that_a_file_has_and_take_the_place_of_their_own(run
     directory, _ = runs
     found = gather(directory, [SMALL])
     elsewhere = found.assign(case=("state", np.array(["chamber1", "pair23"], dtype=object)))
-    elsewhere.attrs["runs"] = json.dumps({"pair23": {"reached": 1}, "chamber1": {"reached": 1}})
+    own = json.loads(found.attrs["runs"])["small"]["mesh"]
+    elsewhere.attrs["runs"] = json.dumps({name: {"mesh": own, **NOTE} for name in ("pair23", "chamber1")})
     both = merged(elsewhere, found)
     assert both["case"].values.tolist() == ["chamber1", "pair23", "small", "small"]
     assert list(json.loads(both.attrs["runs"])) == ["chamber1", "pair23", "small"]
@@ -97,8 +100,19 @@ def test_cases_come_to_those_that_a_file_has_and_take_the_place_of_their_own(run
     np.testing.assert_array_equal(anew["case"].values, both["case"].values)
     np.testing.assert_array_equal(anew["bending_angle"].values[2:], found["bending_angle"].values + 1.0)
     np.testing.assert_array_equal(anew["bending_angle"].values[:2], both["bending_angle"].values[:2])
-    with pytest.raises(TruthError, match="expected one mesh"):
-        merged(both.assign_attrs(mesh="medium"), found)
+
+
+def test_runs_on_several_meshes_each_keep_theirs(runs, tmp_path):
+    directory, _ = runs
+    found = gather(directory, [SMALL])
+    elsewhere = found.assign(case=("state", np.array(["pair23", "pair23"], dtype=object)))
+    elsewhere.attrs["runs"] = json.dumps({"pair23": {"mesh": "medium", **NOTE}})
+    save_dataset(merged(elsewhere, found), tmp_path / "truth.nc")
+    both = load_truth(tmp_path / "truth.nc")
+    assert both.attrs["mesh"] == "several"
+    assert [truth_level(both, name) for name in ("pair23", "small")] == [LEVELS["medium"], TINY]
+    with pytest.raises(ValueError, match="got nothing of the case 'chamber2'"):
+        truth_level(both, "chamber2")
 
 
 def test_a_finished_run_is_left_alone_and_another_of_its_name_refused(runs):
@@ -149,12 +163,10 @@ def test_a_mesh_of_ones_own_is_told_by_its_counts(runs, tmp_path):
     directory, _ = runs
     found = gather(directory, [SMALL])
     save_dataset(found, tmp_path / "truth.nc")
-    assert truth_level(load_truth(tmp_path / "truth.nc")) == TINY
+    assert truth_level(load_truth(tmp_path / "truth.nc"), "small") == TINY
     assert json.loads(found.attrs["mesh"])["outer_arc"] == TINY.outer_arc
     with pytest.raises(RunError, match="another mesh"):
         trace(SMALL, directory, "coarse", "on another mesh")
-    with pytest.raises(TruthError, match="expected one mesh"):
-        merged(found.assign_attrs(mesh="coarse"), found)
 
 
 @pytest.mark.parametrize(
@@ -163,7 +175,7 @@ def test_a_mesh_of_ones_own_is_told_by_its_counts(runs, tmp_path):
         ("run.json", b"[1,2]"),
         ("run.json", b"null"),
         ("run.json", b"\xff"),
-        ("run.json", b'{"role": "fit", "winding": "", "mesh": "fine"}'),
+        ("run.json", b'{"role": "fit", "winding": "", "mesh": "absent"}'),
         ("provenance.json", b""),
         ("provenance.json", b"{}"),
         ("step_0001.json", b'{"pressure_kpa": [1'),

@@ -140,10 +140,17 @@ def test_numpy_lists_and_jax_arrays_are_the_same(rod: Rod) -> None:
     assert_same(rod.solve([40e3, 0.0, 0.0]), rod.solve([40_000, 0, 0]))
 
 
-def test_jit_vmap_and_eager_agree(rod: Rod) -> None:
+def test_jit_and_eager_agree(rod: Rod, within: Callable) -> None:
+    """The rod's numbers are constants to one, arguments to the other."""
     one = rod.solve(PRESSURE)
-    assert_same(one, jax.jit(rod.solve)(PRESSURE))
+    assert_same(one, within(jnp.array(PRESSURE)))
     assert_same(one, eqx.filter_jit(rod.solve)(PRESSURE))
+
+
+# A batch has each row's own solution in the test below, and the rod is an argument above.
+@pytest.mark.slow
+def test_vmap_and_a_rod_as_argument_agree_with_eager(rod: Rod) -> None:
+    one = rod.solve(PRESSURE)
     batch = jax.vmap(rod.solve)(jnp.stack([PRESSURE, 0.5 * PRESSURE]))
     assert_same(one, jax.tree.map(lambda leaf: leaf[0], batch), tolerance=1e-12)
     rod_as_argument = jax.jit(lambda rod, pressure: rod.solve(pressure))(rod, PRESSURE)
@@ -162,14 +169,15 @@ def test_rods_are_equal_by_their_arrays_and_hash_without_them(rod: Rod) -> None:
     "force", [pytest.param(None, id="free"), pytest.param(FORCE, id="loaded", marks=pytest.mark.slow)]
 )
 def test_a_bad_row_of_a_batch_leaves_its_neighbours_alone(rod: Rod, force: np.ndarray | None) -> None:
-    pressures = jnp.array([PRESSURE, [np.nan, 0.0, 0.0], 0.5 * PRESSURE, [-1.0, 0.0, 0.0], [80e3, 0.0, 0.0]])
+    bad = [np.nan, 0.0, 0.0], [-1.0, 0.0, 0.0]
+    pressures = jnp.array([PRESSURE, bad[0], 0.5 * PRESSURE, bad[1], [80e3, 0.0, 0.0], np.zeros(3)])
 
     def solve(pressure: jax.Array) -> Solution:
         return rod.solve(pressure, tip_force=force, throw=False)
 
     batch = jax.jit(jax.vmap(solve))(pressures)
-    np.testing.assert_array_equal(batch.converged, [True, False, True, False, True])
-    for row in (0, 2, 4):
+    np.testing.assert_array_equal(batch.converged, [True, False, True, False, True, True])
+    for row in (0, 2, 4, 5):
         alone = jax.tree.map(lambda leaf, row=row: leaf[row], batch)
         # The steps of the integration are chosen by row, so only roundings differ, grown by shooting.
         assert_same(solve(pressures[row]), alone, tolerance=1e-10)
@@ -185,15 +193,18 @@ def test_a_bad_row_of_a_batch_leaves_its_neighbours_alone(rod: Rod, force: np.nd
     assert np.all(np.abs(slope[0]) > 0.0)
 
 
-def test_without_pressure_the_rod_is_straight_and_its_derivatives_finite(rod: Rod) -> None:
+# In reverse mode the tip is held to it by a row of the batch above.
+@pytest.mark.parametrize("derivative", [jax.jacfwd, pytest.param(jax.jacrev, marks=pytest.mark.slow)])
+def test_without_pressure_the_rod_is_straight_and_its_derivatives_finite(
+    rod: Rod, derivative: Callable
+) -> None:
     solution = rod.solve(np.zeros(3))
     np.testing.assert_allclose(solution.tip_position, [0.0, 0.0, 0.066], atol=1e-15)
     np.testing.assert_allclose(solution.tip_rotation, np.eye(3), atol=1e-14)
     np.testing.assert_allclose(solution.bend, 0.0, atol=1e-14)
     names = ("tip_position", "tip_rotation", "bend", "chamber_volume")
-    for derivative in (jax.jacfwd, jax.jacrev):
-        slopes = jax.jit(derivative(lambda p: [getattr(rod.solve(p), name) for name in names]))(jnp.zeros(3))
-        assert all(np.all(np.isfinite(slope)) for slope in slopes)
+    slopes = jax.jit(derivative(lambda p: [getattr(rod.solve(p), name) for name in names]))(jnp.zeros(3))
+    assert all(np.all(np.isfinite(slope)) for slope in slopes)
 
 
 @pytest.mark.parametrize("kind", ["free", "loaded"])
@@ -231,6 +242,8 @@ def test_the_chamber_volume_is_that_of_the_section_along_the_body(rod: Rod, load
     np.testing.assert_allclose(loaded.chamber_volume, 0.03 * w @ along, rtol=1e-9)
 
 
+# `test_core_against_reference.py` holds both, of another law, to be those of the compiled core.
+@pytest.mark.slow
 def test_where_the_rod_is_straight_only_the_bend_has_a_derivative(rod: Rod) -> None:
     """Angle and plane have none there; elsewhere they are those of the bend, θ = |bend|."""
     solver = FixedStep(16)

@@ -29,7 +29,14 @@ LAWS = {
 UNIT = synthetic.BENDING_STIFFNESS * synthetic.CURVATURE_SCALE  # [N m]
 
 
-@pytest.fixture(params=LAWS.values(), ids=LAWS.keys())
+# What a second turn changes is in `test_a_turned_law_is_the_law_seen_from_another_chamber`.
+EACH = [
+    pytest.param(law, id=name, marks=[pytest.mark.slow] if name == "turned twice" else [])
+    for name, law in LAWS.items()
+]
+
+
+@pytest.fixture(params=EACH)
 def law(request: pytest.FixtureRequest) -> SectionLaw:
     return request.param
 

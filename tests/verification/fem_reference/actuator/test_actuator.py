@@ -27,6 +27,17 @@ def whole() -> Actuator:
 
 
 @pytest.fixture(scope="module")
+def cell() -> PeriodCell:
+    return PeriodCell(level=TINY)
+
+
+@pytest.fixture(scope="module")
+def cell_stiffness(cell) -> np.ndarray:
+    """The cell's, at rest."""
+    return cell.solve(Load((0.0, 0.0, 0.0))).hessian
+
+
+@pytest.fixture(scope="module")
 def bent(whole) -> dict:
     return {s.load.pressure[0]: s for s in whole.follow([ActuatorLoad((p, 0.0, 0.0)) for p in (10e3, 20e3)])}
 
@@ -81,23 +92,22 @@ def test_the_work_of_the_pressure_is_the_change_of_energy(short):
     assert states[-1].strain_energy - rest.strain_energy == pytest.approx(work, rel=1e-6)
 
 
-def test_a_dead_force_far_from_the_base_bends_the_actuator_like_a_cantilever(whole):
+def test_a_dead_force_far_from_the_base_bends_the_actuator_like_a_cantilever(whole, cell_stiffness):
     """Tip of a body of the cell's EI with a rigid cap: F (l³ − c³)/3EI, l = 66 mm, c = 6 mm.
 
     The body's ends are stiffer than the cell, within a diameter; a diameter of 60 mm at each end bounds it.
     """
     force = 1e-3
-    at_rest = PeriodCell(level=TINY).solve(Load((0.0, 0.0, 0.0)))
-    stiffness = at_rest.hessian[1, 1]
+    stiffness = cell_stiffness[1, 1]
     length, cap = 66e-3, 6e-3
     expected = force * (length**3 - cap**3) / 3.0 / stiffness
     found = whole.solve(ActuatorLoad(tip_force=(force, 0.0, 0.0))).tip_position[0]
     assert 0.9 * expected < found < 1.02 * expected
 
 
-def test_an_unpressurised_actuator_buckles_at_eulers_load(whole):
+def test_an_unpressurised_actuator_buckles_at_eulers_load(whole, cell_stiffness):
     """Clamped body of the cell's EI with a rigid cap under a dead axial force: kL tan(kL) = L/c."""
-    stiffness = PeriodCell(level=TINY).solve(Load((0.0, 0.0, 0.0))).hessian
+    stiffness = cell_stiffness
     body, cap = 60e-3, 6e-3
     low, high = 0.0, 0.5 * math.pi
     for _ in range(60):
@@ -113,9 +123,8 @@ def test_an_unpressurised_actuator_buckles_at_eulers_load(whole):
     assert stable == [True, False]
 
 
-def test_the_middle_of_the_actuator_is_the_cell(bent):
+def test_the_middle_of_the_actuator_is_the_cell(bent, cell):
     """Curvature, with three diameters to either end."""
-    cell = PeriodCell(level=TINY)
     for pressure, state in bent.items():
         uniform = cell.solve(Load((pressure, 0.0, 0.0)))
         middle = np.abs(state.shape.arc_length - 30e-3) < 4.5e-3

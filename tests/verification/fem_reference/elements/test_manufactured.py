@@ -73,13 +73,13 @@ def errors(order: int, elements: int) -> tuple[float, float]:
     )
 
 
-@pytest.mark.parametrize(("order", "meshes"), [(1, (4, 8, 16)), (2, (2, 4, 8))])
+@pytest.mark.parametrize(("order", "meshes"), [(1, (7, 14)), (2, (3, 6))])
 def test_errors_fall_at_the_orders_of_the_elements(order, meshes):
-    found = np.array([errors(order, n) for n in meshes])
-    observed = np.log2(found[:-1] / found[1:])
+    coarse, fine = (np.array(errors(order, n)) for n in meshes)
+    observed = np.log2(coarse / fine)
     # At the Gauss points gradients are at least of the order of the elements, often of one more.
-    assert observed[-1, 0] == pytest.approx(order + 1.0, abs=0.15)
-    assert observed[-1, 1] >= order - 0.1
+    assert observed[0] == pytest.approx(order + 1.0, abs=0.15)
+    assert observed[1] >= order - 0.1
 
 
 def test_the_made_body_force_is_the_divergence_of_the_stress():

@@ -58,6 +58,7 @@ _SYMMETRIC = (
     *("chamber1-fit", "pair23-fit", "mixture-0.2-1-1-fit", "mixture-1-0.6-0.6-fit"),
     *("chamber1", "pair23", "pitch2-chamber1", "pitch4-chamber1"),
     *("pitch6-chamber1", "ring-chamber1", "six-helix-chamber1", "six-helix-chamber1-fit"),
+    *("ring-pair23", "six-helix-pair23"),
 )
 
 
@@ -119,7 +120,8 @@ def cases() -> tuple[TruthCase, ...]:
         named.append(
             (f"{name}-chamber1", "judge", layout(name), _ramp((1.0, 0.0, 0.0), (15, 30, 45, 60, 70)))
         )
-        named.append((f"{name}-pair12", "judge", layout(name), _ramp((1.0, 1.0, 0.0), (15, 30, 45, 50))))
+        # All pairs are alike, and this one has a plane of symmetry.
+        named.append((f"{name}-pair23", "judge", layout(name), _ramp(_PAIRS["23"], (15, 30, 45, 50))))
     six = layout("six-helix")
     named += [
         # Six helices need ends of their own too.

@@ -120,10 +120,11 @@ def cases() -> tuple[TruthCase, ...]:
         named.append(
             (f"{name}-chamber1", "judge", layout(name), _ramp((1.0, 0.0, 0.0), (15, 30, 45, 60, 70)))
         )
-        # All pairs are alike, and this one has a plane of symmetry.
+        # All pairs of these windings are alike, and this one has a plane of symmetry.
         named.append((f"{name}-pair23", "judge", layout(name), _ramp(_PAIRS["23"], (15, 30, 45, 50))))
     six = layout("six-helix")
     named += [
+        ("six-helix-pair12", "judge", six, _ramp(_PAIRS["12"], (15, 30, 45, 50))),
         # Six helices need ends of their own too.
         ("six-helix-chamber1-fit", "fit", six, _ramp((1.0, 0.0, 0.0), (10, 20, 40, 50))),
         ("six-helix-pair12-fit", "fit", six, _ramp((1.0, 1.0, 0.0), (10, 20, 35, 42))),

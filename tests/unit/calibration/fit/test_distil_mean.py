@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -24,15 +25,25 @@ def laws():
     return [with_guess(replace(law, weights=0.3 * law.weights), DOMAIN) for law in made]
 
 
+@eqx.filter_jit
+def slopes(law, y):
+    """Gradient and Hessian of a law's potential."""
+
+    def potential(y):
+        return law.potential(y[:3], y[3:])
+
+    return jax.grad(potential)(y), jax.hessian(potential)(y)
+
+
 def test_slopes_are_the_mean_of_the_laws_own(laws):
     states = mean_states(laws, DOMAIN, NO_ANGLE, seed=0)
     assert len(states) > 1000
     for k in (0, 17, 400):
         u, p = jnp.asarray(states.curvature[k]), jnp.asarray(states.pressure[k])
         y = jnp.concatenate([u, p])
-        own = [jax.grad(lambda y, law=law: law.potential(y[:3], y[3:])) for law in laws]
-        np.testing.assert_allclose(states.gradient[k], sum(g(y) for g in own) / 2, rtol=1e-9, atol=1e-18)
-        curved = sum(jax.hessian(lambda y, law=law: law.potential(y[:3], y[3:]))(y) for law in laws) / 2
+        own = [slopes(law, y) for law in laws]
+        slope, curved = (sum(each) / 2 for each in zip(*own, strict=True))
+        np.testing.assert_allclose(states.gradient[k], slope, rtol=1e-9, atol=1e-18)
         # Entries of moments by curvatures are 1e8 times those of volumes by pressures.
         for rows in (slice(0, 3), slice(3, 6)):
             for columns in (slice(0, 3), slice(3, 6)):

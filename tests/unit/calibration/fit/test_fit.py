@@ -54,7 +54,7 @@ def short_trials():
 
 @pytest.fixture(scope="module")
 def some(samples):
-    return samples.where(np.arange(len(samples)) % 20 == 0)
+    return samples.where(np.arange(len(samples)) % 40 == 0)
 
 
 def scales_of(samples):

@@ -43,7 +43,7 @@ def add_actuator(add: Callable[..., Any], elements: str | None) -> None:
 
     ``elements`` is the default mesh level; None for that of the winding (`converged_level`).
     """
-    told = elements or "fine, and finer for rings: within 1 %% of the limit"
+    told = elements or "fine, and finer for rings"
     add("--layout", default="double-helix", help=f"winding: {', '.join(LAYOUTS)} (default: %(default)s)")
     add("--psi-deg", nargs="+", default=["0"], metavar="PSI", help="winding orientation [deg] (default: 0)")
     add("--pitch-mm", nargs="+", default=["3"], metavar="P", help="winding pitch [mm] (default: 3)")

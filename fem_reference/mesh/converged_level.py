@@ -1,4 +1,4 @@
-"""The cheapest mesh of a winding's cell that is within about 1 % of the limit of refinement."""
+"""The cheapest named mesh of a winding's cell that is near the limit of refinement."""
 
 from fem_reference.geometry import NoWinding, Ring, Winding
 

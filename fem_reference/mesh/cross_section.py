@@ -63,7 +63,7 @@ LEVELS = {
     # About 0.4 mm everywhere, as in the paper.
     "paper": MeshLevel(8, 24, 4, 6, 4, 2, 1, 0.375),
     "quadratic": MeshLevel(2, 8, 2, 2, 1, 1, 1, 0.75, order=2),
-    # Within 1 % of the limit in free bending: helices on the first, rings on the second.
+    # Near the limit in free bending: helices on the first, rings on the second (`converged_level`).
     "fine": MeshLevel(2, 12, 2, 4, 1, 1, 1, 0.75, order=2),
     "finer": MeshLevel(4, 12, 2, 4, 1, 2, 1, 0.75, order=2),
 }

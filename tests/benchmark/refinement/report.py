@@ -16,6 +16,8 @@ import numpy as np
 matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from tests.benchmark.refinement.limits import Limit, limit
 from tests.benchmark.refinement.meshes import MESHES, WINDINGS
@@ -74,33 +76,39 @@ def table(found: dict[str, dict[str, Solved]]) -> str:
 
 def draw(found: dict[str, dict[str, Solved]], file: Path) -> None:
     """Error of the angle under chamber 1 over the pressure, a panel for each winding."""
-    columns = 4
+    columns = min(4, len(found))
+    rows = -(-len(found) // columns)
     figure, axes = plt.subplots(
-        -(-len(found) // columns),
+        rows,
         columns,
-        figsize=(11, 2.4 * -(-len(found) // columns)),
+        figsize=(2.8 * columns + 0.6, 2.4 * rows + 0.6),
         sharex=True,
         sharey=True,
         layout="constrained",
         squeeze=False,
     )
+    colours = {name: f"C{number}" for number, name in enumerate(JUDGED)}
     for axis, (winding, meshes) in zip(axes.flat, found.items(), strict=False):
         limits = [limit(meshes, "chamber 1", p, "angle_deg") for p in ONE]
         known = [(p, one) for p, one in zip(ONE, limits, strict=True) if one is not None]
         width = np.array([100 * one.half_width for _, one in known])
-        axis.fill_between([p for p, _ in known], -width, width, color="0.85", label="limit")
+        axis.fill_between([p for p, _ in known], -width, width, color="0.85")
         for name in (mesh for mesh in JUDGED if mesh in meshes):
             errors = [100 * one.error(meshes[name].value("chamber 1", p, "angle_deg")) for p, one in known]
-            axis.plot([p for p, _ in known], errors, "o-", ms=3, lw=1, label=_TITLES.get(name, name))
-        axis.set_title(winding, fontsize=9)
+            axis.plot([p for p, _ in known], errors, "o-", ms=3, lw=1, color=colours[name])
+        axis.set_title(winding.replace("psi", "ψ ="), fontsize=9)
         axis.axhline(0.0, color="0.5", lw=0.5)
         axis.set_ylim(-8, 5)
     for axis in axes.flat[len(found) :]:
         axis.set_axis_off()
     figure.supxlabel("pressure in chamber 1 [kPa]", fontsize=9)
     figure.supylabel("angle relative to the limit [%]", fontsize=9)
-    handles, labels = axes.flat[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False, fontsize=9)
+    handles = [Patch(color="0.85", label="limit")] + [
+        Line2D([], [], color=colours[name], marker="o", ms=3, lw=1, label=_TITLES.get(name, name))
+        for name in JUDGED
+        if any(name in meshes for meshes in found.values())
+    ]
+    figure.legend(handles=handles, loc="outside upper center", ncols=3, frameon=False, fontsize=8)
     figure.savefig(file, dpi=150)
     plt.close(figure)
 

@@ -228,7 +228,8 @@ def load_truth(file: Path) -> xr.Dataset:
         runs = parse_record(str(truth.attrs.get("runs", "{}")), "runs", {})
         for name, run in runs.items():
             refuse_faults(run, f"runs: {name}", _NOTE_KEYS)
-            truth_level(truth, name)
+        for name in np.unique(truth["case"].values.astype(str)):
+            truth_level(truth, str(name))
     except ValueError as error:
         raise TruthError(f"truth: {file}: {error}") from error
     return truth

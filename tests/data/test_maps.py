@@ -12,6 +12,8 @@ LAWS = {
 }
 # Held out: 95 % and worst of the free bending angle [deg]; 95 % of moment and volume over their ranges.
 ANGLE, WORST, MOMENT, VOLUME = 0.5, 2.0, 0.01, 0.01
+# Of a law of a finer mesh, which is fitted near another to a fifth of the states.
+MOMENT_NEAR = 0.015
 
 
 @pytest.mark.parametrize("name", LAWS)
@@ -24,7 +26,8 @@ def test_worst_angle_moment_and_volume_are_within_their_bars(name: str) -> None:
     error = LAWS[name].error
     moment, volume = error["moment_nm"], error["volume_m2"]
     assert math.degrees(error["free_bending_angle_rad"]["worst"]) <= WORST
-    assert moment["p95"] <= MOMENT * moment["range"]
+    bar = MOMENT if LAWS[name].provenance["mesh"] == "coarse" else MOMENT_NEAR
+    assert moment["p95"] <= bar * moment["range"]
     assert volume["p95"] <= VOLUME * volume["range"]
 
 

@@ -85,4 +85,5 @@ def check_files(words: list[str]) -> None:
         for target in (word for word in rest if re.fullmatch(r"[a-z][a-z-]*", word)):
             assert re.search(rf"^{target}\b.*:", makefile, re.MULTILINE), words
     elif program == "python" and rest[:1] == ["-m"] and rest[1].startswith("tests."):
-        assert (ROOT / rest[1].replace(".", "/")).with_suffix(".py").exists(), words
+        module = ROOT / rest[1].replace(".", "/")
+        assert module.with_suffix(".py").exists() or (module / "__main__.py").exists(), words

@@ -139,7 +139,7 @@ def within(name, key, value):
         (attribute("domain", "[1, 2]"), "domain: got [1, 2], expected a JSON object"),
         (attribute("material", "text"), "material: got 'text', expected a JSON object"),
         (attribute("layout", "spiral"), "layout: got 'spiral', expected one of"),
-        (attribute("mesh", "fine"), "mesh: elements: got 'fine'"),
+        (attribute("mesh", "absent"), "mesh: elements: got 'absent'"),
         (attribute("mesh", '{"inner_arc": 0}'), "mesh: inner_arc: got 0, expected a whole number from 1"),
         (attribute("winding", "{}"), "winding: got no pitch, psi"),
         (attribute("seed", "0"), "seed: got '0', expected a whole number"),

@@ -78,7 +78,13 @@ def test_the_states_that_were_found_are_gathered_in_si_units(runs):
 
 def test_a_longer_name_is_kept_in_a_file_of_shorter_ones(runs, tmp_path):
     found = gather(runs[0], [SMALL])
-    short, long = (found.assign(case=("state", np.array([name] * 2, dtype=object))) for name in ("a", "a-b"))
+    own = json.loads(found.attrs["runs"])["small"]
+    short, long = (
+        found.assign(case=("state", np.array([name] * 2, dtype=object))).assign_attrs(
+            runs=json.dumps({name: own})
+        )
+        for name in ("a", "a-b")
+    )
     file = tmp_path / "truth.nc"
     short.to_netcdf(file, engine="h5netcdf")
     merged(load_truth(file), long).to_netcdf(tmp_path / "both.nc", engine="h5netcdf")
@@ -146,7 +152,7 @@ def test_the_command_lists_the_cases(capsys):
     [
         (["chamber4", "--out", "runs"], "case", "chamber4"),
         (["chamber1"], "--out", "nothing"),
-        (["chamber1", "--out", "runs", "--elements", "fine"], "elements", "fine"),
+        (["chamber1", "--out", "runs", "--elements", "absent"], "elements", "absent"),
         (["--gather", "truth.nc", "--out", "empty"], "truth", "no finished state"),
     ],
 )
@@ -190,11 +196,16 @@ def test_a_damaged_run_is_told_by_its_file(runs, tmp_path, name, content):
     assert "\n" not in str(caught.value)
 
 
+def _with_run(truth, run):
+    return truth.assign_attrs(runs=json.dumps({"small": run}))
+
+
 @pytest.mark.parametrize(
     ("damage", "told"),
     [
-        (lambda truth: truth.drop_attrs(), "mesh"),
-        (lambda truth: truth.assign_attrs(mesh="{broken"), "mesh"),
+        (lambda truth: truth.drop_attrs(), "runs: got nothing of the case 'small'"),
+        (lambda truth: _with_run(truth, {}), "runs: small"),
+        (lambda truth: _with_run(truth, {"mesh": "absent", **NOTE}), "elements: got 'absent'"),
         (lambda truth: truth.assign_attrs(runs="[]"), "runs: got [], expected a JSON object"),
         (lambda truth: truth.isel(state=slice(0)), "got no states"),
         (lambda truth: truth.assign(volume=np.nan * truth["volume"]), "volume: got nan in state 0"),

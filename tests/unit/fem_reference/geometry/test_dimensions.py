@@ -118,11 +118,12 @@ def test_loads_must_be_three_finite_numbers_with_one_way_of_bending(arguments, m
 
 def test_an_unknown_mesh_level_is_refused_with_the_known_ones():
     with pytest.raises(
-        ValueError, match=r"^elements: got 'fine', expected one of coarse, medium, paper, quadratic"
+        ValueError,
+        match=r"^elements: got 'absent', expected one of coarse, layered, medium, paper, quadratic, fine",
     ):
-        mesh_level("fine")
-    with pytest.raises(ValueError, match=r"^elements: got 'fine'"):
-        PeriodCell(level="fine")
+        mesh_level("absent")
+    with pytest.raises(ValueError, match=r"^elements: got 'absent'"):
+        PeriodCell(level="absent")
 
 
 def test_levels_refine_one_another():

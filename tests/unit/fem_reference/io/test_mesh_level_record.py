@@ -23,7 +23,7 @@ def test_a_name_and_its_counts_are_told_alike(name):
 @pytest.mark.parametrize(
     ("record", "told"),
     [
-        ("fine", "file: elements: got 'fine', expected one of coarse"),
+        ("absent", "file: elements: got 'absent', expected one of coarse"),
         (None, "file: got None, expected a JSON object"),
         ({}, "file: inner_arc: got nothing, expected a whole number from 1 to 1000"),
         (asdict(TINY) | {"outer_arc": 2.5}, "file: outer_arc: got 2.5"),

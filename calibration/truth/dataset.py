@@ -184,9 +184,11 @@ def truth_level(truth: xr.Dataset, case: str) -> MeshLevel:
         If the file does not say it, or it is not a mesh level.
     """
     runs = parse_record(str(truth.attrs.get("runs", "{}")), "runs", {})
-    if case not in runs:
-        raise ValueError(f"runs: got nothing of the case {case!r}, expected its mesh")
-    return level_from_record(runs[case].get("mesh"), f"runs: {case}: mesh")
+    # Files of one mesh may say it for all runs.
+    record = runs.get(case, {}).get("mesh", truth.attrs.get("mesh"))
+    if isinstance(record, str) and record.startswith("{"):
+        record = parse_record(record, "mesh", {})
+    return level_from_record(record, f"mesh of {case}")
 
 
 def _common_mesh(runs: Mapping[str, Any]) -> str:

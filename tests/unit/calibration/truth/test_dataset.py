@@ -117,7 +117,7 @@ def test_runs_on_several_meshes_each_keep_theirs(runs, tmp_path):
     both = load_truth(tmp_path / "truth.nc")
     assert both.attrs["mesh"] == "several"
     assert [truth_level(both, name) for name in ("pair23", "small")] == [LEVELS["medium"], TINY]
-    with pytest.raises(ValueError, match="got nothing of the case 'chamber2'"):
+    with pytest.raises(ValueError, match="mesh of chamber2: elements: got 'several'"):
         truth_level(both, "chamber2")
 
 
@@ -203,7 +203,8 @@ def _with_run(truth, run):
 @pytest.mark.parametrize(
     ("damage", "told"),
     [
-        (lambda truth: truth.drop_attrs(), "runs: got nothing of the case 'small'"),
+        (lambda truth: truth.drop_attrs(), "mesh of small"),
+        (lambda truth: truth.assign_attrs(runs="{}", mesh="{broken"), "mesh"),
         (lambda truth: _with_run(truth, {}), "runs: small"),
         (lambda truth: _with_run(truth, {"mesh": "absent", **NOTE}), "elements: got 'absent'"),
         (lambda truth: truth.assign_attrs(runs="[]"), "runs: got [], expected a JSON object"),

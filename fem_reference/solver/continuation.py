@@ -168,9 +168,10 @@ class PathFollower(Generic[State, Load, Linear, Move, Viscous]):
                 self.equilibrium = found
                 self.iterations += found.iterations
         if self._factors != self.solver.factors:
-            matrix = self.problem.pattern.matrix(saddle.own_linear.data)
-            self.solver.factorise(matrix, self.problem.pattern.revision)
-            self._factors = self.solver.factors
+            # The pattern may have grown on the way, as other walls came near.
+            linear = self.problem.linearise(saddle.configuration, goal)
+            self.solver.factorise(self.problem.pattern.matrix(linear.data), self.problem.pattern.revision)
+            self.equilibrium, self._factors = replace(saddle, linear=linear), self.solver.factors
 
     def _turn(self, heading: Float[np.ndarray, " loads"]) -> None:
         """Drop the earlier states where the path turns, as they do not extrapolate around a corner."""

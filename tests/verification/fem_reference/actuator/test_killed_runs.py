@@ -156,7 +156,10 @@ def test_a_stopped_run_of_the_actuator_ends_as_one_left_alone(script, actuator, 
         np.testing.assert_allclose(b["tip_position_mm"], a["tip_position_mm"], atol=1e-6)
 
 
-@pytest.mark.parametrize("how", [INTERRUPT, pytest.param(KILL, marks=pytest.mark.slow)])
+# Fast tests cut a sweep's files, interrupt its processes and go on, in `unit/calibration`:
+# `sweep/test_sweep.py`, `sweep/test_workers.py` and `cli/test_commands.py`.
+@pytest.mark.slow
+@pytest.mark.parametrize("how", [INTERRUPT, KILL])
 def test_a_stopped_sweep_ends_as_one_left_alone(script, sweep, tmp_path, how):
     cut = tmp_path / "run"
     paths = sorted(file.name for file in (sweep / "paths").iterdir())

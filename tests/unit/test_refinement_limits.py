@@ -27,7 +27,6 @@ def family(name: str, section: float, axial: float, finest: str) -> dict[str, So
 def test_errors_of_second_order_leave_the_true_limit_inside_or_at_the_end():
     both = family("linear", -0.03, -0.01, "x2") | family("quadratic", 0.02, 0.005, "x1")
     found = limit(both, "chamber 1", 40.0, "angle_deg")
-    assert found is not None
     # The finest values err by a quarter of the coarse ones' errors, the extrapolated ones not at all.
     assert found.least == pytest.approx(TRUE * (1.0 - 0.04 / 4.0))
     assert found.most == pytest.approx(TRUE * (1.0 + 0.025 / 4.0))
@@ -38,7 +37,6 @@ def test_errors_of_second_order_leave_the_true_limit_inside_or_at_the_end():
 def test_one_family_alone_tells_a_limit(name):
     alone = family(name, -0.03, -0.01, "x2" if name == "linear" else "x1")
     found = limit(alone, "chamber 1", 40.0, "angle_deg")
-    assert found is not None
     assert found.most == pytest.approx(TRUE)
     assert np.isfinite(found.half_width)
 

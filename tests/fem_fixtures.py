@@ -230,7 +230,7 @@ def tiny_cell() -> PeriodCell:
 @functools.cache
 def coarse_cell() -> PeriodCell:
     """The paper's cell on the coarse mesh."""
-    return PeriodCell()
+    return PeriodCell(level="coarse")
 
 
 @functools.cache

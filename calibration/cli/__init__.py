@@ -58,7 +58,7 @@ def _run(options: argparse.Namespace, command: str) -> int:
     from calibration.sweep.run_directory import END_COMPLIANCE, RunError, RunPlan, open_run
     from calibration.sweep.sweep import run_sweep
     from calibration.sweep.tracing import CellTracer
-    from fem_reference import ActuatorGeometry, Ogden, Thread, layout, mesh_level
+    from fem_reference import ActuatorGeometry, Ogden, Thread, converged_level, layout, mesh_level
     from rodmodel import Domain
 
     psi = [math.radians(value) for value in options.psi_deg]
@@ -73,14 +73,15 @@ def _run(options: argparse.Namespace, command: str) -> int:
     except ValueError as error:
         raise BadInputError(f"--layout {options.layout}: {error}") from error
     try:
-        mesh_level(options.elements)
+        level = options.elements or converged_level(winding)
+        mesh_level(level)
     except ValueError as error:
         raise BadInputError(f"--{error}") from error
     compliance = options.end_compliance_mm_per_n
     plan = RunPlan(
         geometry=ActuatorGeometry(),
         winding=winding,
-        level=options.elements,
+        level=level,
         domain=Domain(
             tuple(1e3 * p for p in options.pressure_max_kpa),
             1e3 * options.pressure_sum_max_kpa,
@@ -247,7 +248,9 @@ def _parser() -> argparse.ArgumentParser:
         "--pitch-mm", type=positive, default=3.0, help="winding pitch, twice the rings' spacing [mm]"
     )
     run.add_argument(
-        "--elements", default="coarse", help="mesh level, as those of rodmodel-fem (default: %(default)s)"
+        "--elements",
+        default=None,
+        help="mesh level, as those of rodmodel-fem (default: fine, and finer for rings)",
     )
     run.add_argument("--out", required=True, help="directory of the run")
     run.add_argument(

@@ -27,7 +27,7 @@ from fem_reference.geometry import (
     refuse_implausible,
     refuse_load_beyond,
 )
-from fem_reference.mesh import MeshLevel, mesh_level
+from fem_reference.mesh import MeshLevel, converged_level, mesh_level
 from fem_reference.solver import Equilibrium, PathError, PathFollower, SolverOptions, solve_equilibrium
 
 _MM = 1e3
@@ -149,7 +149,8 @@ class PeriodCell:
     Parameters
     ----------
     geometry, material, winding, thread : the actuator; by default the paper's.
-    level : ``coarse``, ``medium``, ``paper``, or element counts of your own.
+    level : name of a mesh level, or element counts of your own; by default the winding's own
+        (`converged_level`), on which free bending is near its limit. ``coarse`` takes a fifth of the time.
     end_compliance : elongation of the silicone along the core per newton of the core's pull on the closed
         ends [m/N]. By default the ends are rigid.
     solver : linear solver; by default MKL PARDISO where it is installed.
@@ -165,7 +166,7 @@ class PeriodCell:
         self,
         geometry: ActuatorGeometry | None = None,
         winding: Winding | None = None,
-        level: str | MeshLevel = "coarse",
+        level: str | MeshLevel | None = None,
         material: Ogden | None = None,
         thread: Thread | None = None,
         end_compliance: float = 0.0,
@@ -179,7 +180,8 @@ class PeriodCell:
         refuse_implausible("end_compliance", end_compliance)
         self.geometry = geometry or ActuatorGeometry()
         self.winding = winding or DoubleHelix()
-        self.level = level if isinstance(level, MeshLevel) else mesh_level(level)
+        named = converged_level(self.winding) if level is None else level
+        self.level = named if isinstance(named, MeshLevel) else mesh_level(named)
         self.material = material or Ogden()
         self.thread = thread or Thread()
         self.end_compliance = end_compliance

@@ -24,7 +24,6 @@ from fem_reference.cli._arguments import (
 )
 from fem_reference.cli._progress import track
 from fem_reference.io import draw_cell, write_vtk
-from fem_reference.mesh import converged_level
 
 _STEP_KPA = 2.5
 # Load steps at least if a curve is plotted.
@@ -69,8 +68,7 @@ def _cell(options: argparse.Namespace) -> int:
     try:
         winding = read_winding(options)
         loads = _ramp(pressure, moment, curvature, 1 if options.plot is None else _PLOTTED_STEPS)
-        level = options.elements or converged_level(winding)
-        cell = PeriodCell(read_geometry(options), winding, level, end_compliance=1e-3 * compliance)
+        cell = PeriodCell(read_geometry(options), winding, options.elements, end_compliance=1e-3 * compliance)
         cell.refuse(loads[-1])
     except ValueError as error:
         raise InputError(with_flags(str(error))) from error

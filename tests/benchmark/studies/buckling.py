@@ -16,7 +16,7 @@ def main() -> None:
     """Print angle, plane, softest stiffness and stability at every load."""
     up = np.arange(STEP_KPA, TOP_KPA + 0.1, STEP_KPA)
     down = np.arange(TOP_KPA - STEP_KPA, LOW_KPA - 0.1, -STEP_KPA)
-    for state in follow(PeriodCell(), [Load((0.0, 1e3 * p, 0.0)) for p in (*up, *down)]):
+    for state in follow(PeriodCell(level="coarse"), [Load((0.0, 1e3 * p, 0.0)) for p in (*up, *down)]):
         u1, u2, _ = state.curvature
         softest = np.linalg.eigvalsh(state.hessian[:3, :3]).min()
         print(

@@ -102,7 +102,7 @@ class PassingWalls(WallContact):
 
 def cell_angles(pressures_kpa: Sequence[float], touching: bool = True, **changes: Any) -> Iterator[Found]:
     """Angle over 60 mm at each pressure."""
-    cell = PeriodCell(**changes)
+    cell = PeriodCell(level="coarse", **changes)
     if not touching:
         walls = np.concatenate([chamber.quads for chamber in cell.equations.chambers])
         cell.equations.walls = PassingWalls(cell.equations.mesh.points, walls)

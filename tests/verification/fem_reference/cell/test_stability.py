@@ -63,7 +63,7 @@ def test_the_inertia_changes_at_no_pole_of_the_curvatures_stiffness():
 
     At the pole the nodes' own stiffness at fixed curvature turns over. The sum of both stays as it is.
     """
-    cell = PeriodCell(end_compliance=SLIDING)
+    cell = PeriodCell(level="coarse", end_compliance=SLIDING)
     softest = []
     for state in follow(cell, kilopascals(20, 40, 50, 55, 58, 60, 62, 64, 65, 65.5, 66, 68), jumps=False):
         below = bool(max(state.pressure) < 59e3)

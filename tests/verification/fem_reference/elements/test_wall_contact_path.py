@@ -78,7 +78,7 @@ def test_steps_that_are_long_end_on_the_same_branch_as_short_ones():
 
     Long steps once ended there, by way of nineteen iterations with another stiffness than the true one.
     """
-    cell = PeriodCell(winding=Ring(), end_compliance=0.23e-3)
+    cell = PeriodCell(winding=Ring(), level="coarse", end_compliance=0.23e-3)
     # To the last digit: whether such a way ends in the wrong place is chance.
     middle = np.array([7611.1277, 8310.0575, 17078.8147, -3.0139079e-3, -1.3548792e-3, 0.1837586e-3])
     end = np.array([16490.77677, 18005.12463, 37004.09861, -4.3842921e-3, 2.4005727e-3, -1.9530259e-3])

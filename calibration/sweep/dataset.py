@@ -49,6 +49,7 @@ VARIABLES: tuple[Variable, ...] = (
         "stable", (), "1", "1 at a minimum of the potential, 0 at none, -1 where it is not known", -1.0, 1.0
     ),
     Variable("jumped", (), "1", "1 where walls have snapped since the state before", 0.0, 1.0),
+    Variable("held", (), "1", "1 at an imposed curvature, beyond the loss of lateral stability", 0.0, 1.0),
     Variable("attempt", (), "1", "2 where the path was followed again in smaller steps", 1.0, 2.0),
     Variable("seconds", (), "s", "wall time since the state before", -1e9, 1e9),
 )
@@ -76,7 +77,12 @@ def build_dataset(
     dataset with dimension ``state``; attribute ``failures`` lists the paths that ended early and where,
     ``unstable`` those that ended where the section loses its stability.
     """
-    chosen = [(path, state) for path in paths if path.name in records for state in records[path.name].states]
+    chosen = [
+        (path, {"held": 0} | state)
+        for path in paths
+        if path.name in records
+        for state in records[path.name].states
+    ]
     if not chosen:
         raise DatasetError("dataset: the run holds no finished state; run the sweep first")
     data: dict[str, Any] = {
@@ -140,6 +146,9 @@ def load_dataset(file: Path) -> xr.Dataset:
         raise DatasetError(
             f"dataset: cannot read {file} as netCDF ({reason}); expected a file of `run`"
         ) from error
+    if "held" not in dataset and "state" in dataset.sizes:
+        # Files from before states at imposed curvature.
+        dataset["held"] = ("state", np.zeros(dataset.sizes["state"], dtype=int))
     needed = [variable.name for variable in VARIABLES] + ["path", "role", "psi"]
     missing = [name for name in needed if name not in dataset]
     if missing:

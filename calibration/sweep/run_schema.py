@@ -81,6 +81,8 @@ STATE_KEYS: Mapping[str, Kind] = {
     "pressure": Numbers(0.0, 1e8, "Pa", (3,)),
     "moment": Numbers(-1e6, 1e6, "N m", (3,)),
     "applied_moment": Numbers(-1e6, 1e6, "N m", (3,)),
+    # Absent in files from before states at imposed curvature.
+    "held": Numbers(0, 1, whole=True, optional=True),
     "curvature": Numbers(-1e6, 1e6, "1/m", (3,)),
     "energy": Numbers(-1e9, 1e9, "J/m"),
     "volume": Numbers(-10.0, 10.0, "m²", (3,)),

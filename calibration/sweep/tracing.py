@@ -9,6 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from calibration.sweep.design import LoadingPath, between
+from calibration.sweep.loading_sheet import Trace, only_gives_way, upright_states
 from fem_reference import (
     ActuatorGeometry,
     CellError,
@@ -20,8 +21,6 @@ from fem_reference import (
     Winding,
     follow,
 )
-
-Trace = Callable[[Sequence[Load], CellState | None], Iterator[CellState]]
 
 RETRY_SUBDIVISION = 4  # steps of the second attempt for each step of the first
 # Change of curvature between neighbouring states that their Hessians need not explain [1/m]: 3 degrees over
@@ -65,8 +64,9 @@ def records_of(make_trace: Callable[[], Trace], path: LoadingPath) -> Iterator[d
 def trace_path(trace: Trace, path: LoadingPath) -> Iterator[dict[str, Any]]:
     """Yield records of a path's states, then one that says how it ended.
 
-    A path ends where stability is lost: states beyond it are on another branch. It also ends where the
-    Hessians of two neighbouring states do not explain their difference after bisection, because the
+    Where the section loses its lateral stability, the path goes on at imposed curvature (`upright_states`);
+    it ends where the walls lose their balance. States beyond that are on another branch. It also ends where
+    the Hessians of two neighbouring states do not explain their difference after bisection, because the
     continuation may have stepped over a snap to another stable branch. After a failure the path is traced
     once more from its last state, in smaller steps.
     """
@@ -77,6 +77,9 @@ def trace_path(trace: Trace, path: LoadingPath) -> Iterator[dict[str, Any]]:
         try:
             for reached in trace(list(left), start):
                 for state in _with_states_between(trace, start, reached, HALVINGS):
+                    if only_gives_way(state) and start is not None:
+                        yield from _upright(trace, start, left, attempt, asdict(state.load))
+                        return
                     yield state_record(state, attempt, time.perf_counter() - clock)
                     if _lost(state):
                         yield {"end": {"unstable": asdict(state.load), "attempts": attempt}}
@@ -88,6 +91,9 @@ def trace_path(trace: Trace, path: LoadingPath) -> Iterator[dict[str, Any]]:
             return
         except CellError as error:
             at = None if error.reached is None else asdict(error.reached)
+            if error.unstable and start is not None:
+                yield from _upright(trace, start, left, attempt, at)
+                return
             if error.unstable:
                 yield {"end": {"unstable": at, "attempts": attempt}}
                 return
@@ -98,6 +104,24 @@ def trace_path(trace: Trace, path: LoadingPath) -> Iterator[dict[str, Any]]:
             start = error.last_good if error.last_good is not None else start
             left = _subdivide(start.load if start is not None else Load((0.0, 0.0, 0.0)), left)
     yield {"end": {"attempts": attempt}}
+
+
+def _upright(
+    trace: Trace, start: CellState, left: Sequence[Load], attempt: int, lost: dict[str, Any] | None
+) -> Iterator[dict[str, Any]]:
+    """Yield records of states at imposed curvature under the loads that are left, then one of the end.
+
+    ``lost`` is the load at which the path is unstable without an imposed curvature.
+    """
+    clock, reached = time.perf_counter(), 0
+    for load, state in upright_states(trace, start, left):
+        yield state_record(state, attempt, time.perf_counter() - clock, load)
+        clock, reached = time.perf_counter(), reached + 1
+    if reached == len(left):
+        yield {"end": {"attempts": attempt}}
+    else:
+        at = asdict(left[reached]) if reached else lost
+        yield {"end": {"unstable": at, "attempts": attempt}}
 
 
 class _SnapError(ArithmeticError):
@@ -135,12 +159,15 @@ def unexplained(before: CellState, after: CellState) -> float:
     return float(np.linalg.norm(after.curvature - before.curvature - change))
 
 
-def state_record(state: CellState, attempt: int, seconds: float) -> dict[str, Any]:
-    """Return the record of one state for JSON."""
+def state_record(
+    state: CellState, attempt: int, seconds: float, near: Load | None = None
+) -> dict[str, Any]:
+    """Return the record of one state for JSON; ``near`` is the path's load if the curvature is imposed."""
     return {
         "pressure": np.asarray(state.pressure, dtype=float).tolist(),
         "moment": np.asarray(state.moment, dtype=float).tolist(),
-        "applied_moment": [float(value) for value in state.load.moment or (0.0, 0.0, 0.0)],
+        "applied_moment": [float(value) for value in (near or state.load).moment or (0.0, 0.0, 0.0)],
+        "held": int(near is not None),
         "curvature": np.asarray(state.curvature, dtype=float).tolist(),
         "energy": float(state.energy),
         "volume": np.asarray(state.volume, dtype=float).tolist(),

@@ -1,0 +1,70 @@
+"""Follow a path on, at imposed curvature, where the section loses its lateral stability.
+
+Chamber walls then lean to one side by themselves, and the section would bend out of its plane. Within an
+actuator the neighbouring sections, the base and the cap hold it upright for some kilopascals more. The
+potential of the upright section is smooth there. At an imposed curvature the cell is at a minimum of its
+energy, until the walls lose their balance at any curvature.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from fem_reference import CellError, CellState, Load
+
+Trace = Callable[[Sequence[Load], CellState | None], Iterator[CellState]]
+
+# Directions softer than this fraction of the median stiffness are those in which the section gives way.
+SOFT = 0.25
+
+
+def upright_states(trace: Trace, start: CellState, loads: Sequence[Load]) -> Iterator[tuple[Load, CellState]]:
+    """Yield states near those of free bending under loads, as long as the walls keep their balance.
+
+    Parameters
+    ----------
+    trace : continuation of the cell.
+    start : last state before the section's loss of stability.
+    loads : pressures and moments of the path that are left.
+
+    Yields
+    ------
+    load and state. The state has the load's pressures, and its moment differs from the load's: in the plane
+        by what the step before did not foresee, and aside by what holds the section upright.
+    """
+    for load in loads:
+        held = Load(load.pressure, curvature=foreseen_curvature(start, load))
+        try:
+            state = next(trace([held], start))
+        except CellError:
+            return
+        if state.jumped or state.stable is False or _leaned_over(start, state):
+            return
+        yield load, state
+        start = state
+
+
+def only_gives_way(state: CellState) -> bool:
+    """Whether a state is unstable in one direction alone, in which the section bends away."""
+    return state.stable is False and not state.jumped and state.negative_directions == 1
+
+
+def _leaned_over(before: CellState, after: CellState) -> bool:
+    """Whether walls have snapped to one side: a section that gave way more and more is stiffer again."""
+    softest, now = (float(np.linalg.eigvalsh(state.hessian[:3, :3])[0]) for state in (before, after))
+    return softest < min(now, 0.0)
+
+
+def foreseen_curvature(state: CellState, load: Load) -> tuple[float, float, float]:
+    """Return the curvature that a state's Hessian foresees under another load [1/m].
+
+    It does not change in directions in which the section gives way (`SOFT`).
+    """
+    stiffness, coupling = state.hessian[:3, :3], state.hessian[:3, 3:]
+    pressure = np.asarray(load.pressure) - np.asarray(state.pressure)
+    wanted = np.asarray(load.moment or (0.0, 0.0, 0.0)) - state.moment
+    value, frame = np.linalg.eigh(stiffness)
+    compliance = np.where(value < SOFT * np.median(value), 0.0, 1.0 / value)
+    change = frame @ (compliance * (frame.T @ (wanted - coupling @ pressure)))
+    first, second, third = (np.asarray(state.curvature) + change).tolist()
+    return first, second, third

@@ -1,6 +1,6 @@
 """Finite-element points for the figures of the other examples: bending of the period cell, path by path.
 
-Run as ``python examples/points/cell_points.py [FILE] [--only NAME ...]``. It takes some ten minutes, keeps
+Run as ``python examples/points/cell_points.py [FILE] [--only NAME ...]``. It takes some half an hour, keeps
 every path as soon as it is finished, and passes over those that the file has. The file that ships is
 examples/data/cell_points.json.
 
@@ -19,7 +19,7 @@ import numpy as np
 from points_file import arguments, complete
 
 from calibration.sweep import END_COMPLIANCE
-from fem_reference import CellError, Load, PeriodCell, follow, layout, prepare_process
+from fem_reference import CellError, Load, PeriodCell, converged_level, follow, layout, prepare_process
 
 FILE = Path(__file__).parents[1] / "data" / "cell_points.json"
 SINGLE_KPA = [5.0 * n for n in range(1, 15)]
@@ -46,10 +46,11 @@ def paths() -> list[Path_]:
     return listed
 
 
-def trace(path: Path_, level: str, last_kpa: float) -> dict[str, Any]:
-    """Follow one path up to a pressure, over jumps where walls snap."""
+def trace(path: Path_, level: str | None, last_kpa: float) -> dict[str, Any]:
+    """Follow one path up to a pressure, over jumps where walls snap; on the winding's own mesh by default."""
     _, winding, psi, pitch, way, pressures = path
     wound = layout(winding, math.radians(psi), 1e-3 * pitch)
+    level = level or converged_level(wound)
     cell = PeriodCell(winding=wound, level=level, end_compliance=END_COMPLIANCE)
     pressures = [p for p in pressures if p <= last_kpa]
     loads = [Load((1e3 * p * way[0], 1e3 * p * way[1], 1e3 * p * way[2])) for p in pressures]

@@ -14,7 +14,7 @@ import numpy as np
 from points_file import arguments, complete
 
 from calibration.sweep import END_COMPLIANCE
-from fem_reference import CellError, Load, PeriodCell, follow, layout, prepare_process
+from fem_reference import CellError, Load, PeriodCell, converged_level, follow, layout, prepare_process
 
 # Windings and chambers; chamber 3 of the double helix mirrors chamber 2.
 MAPPED = (("double-helix", 1), ("double-helix", 2), ("ring", 1), ("six-helix", 1))
@@ -36,10 +36,12 @@ def paths() -> list[Path_]:
     ]
 
 
-def trace(path: Path_, level: str) -> dict[str, Any]:
+def trace(path: Path_, level: str | None) -> dict[str, Any]:
     """Raise the pressure, then the moment, as far as the cell follows without a jump."""
     _, winding, chamber, kpa, sign = path
-    cell = PeriodCell(winding=layout(winding), level=level, end_compliance=END_COMPLIANCE)
+    wound = layout(winding)
+    level = level or converged_level(wound)
+    cell = PeriodCell(winding=wound, level=level, end_compliance=END_COMPLIANCE)
     azimuth, alone = 2.0 * math.pi / 3.0 * (chamber - 1), np.eye(3)[chamber - 1]
     axis = np.array([math.sin(azimuth), -math.cos(azimuth), 0.0])
 

@@ -9,12 +9,13 @@ from typing import Any
 from rich.progress import track
 
 
-def arguments(description: str | None, file: Path) -> argparse.ArgumentParser:
-    """Arguments of such a script."""
+def arguments(description: str | None, file: Path, mesh: str | None = None) -> argparse.ArgumentParser:
+    """Arguments of such a script; ``mesh`` is the default level, None for that of each winding."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("file", nargs="?", type=Path, default=file)
     parser.add_argument("--only", nargs="+", metavar="NAME", help="paths to follow")
-    parser.add_argument("--elements", default="coarse", help="mesh level (default: %(default)s)")
+    told = mesh or "the winding's own"
+    parser.add_argument("--elements", default=mesh, help=f"mesh level (default: {told})")
     return parser
 
 

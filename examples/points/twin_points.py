@@ -47,7 +47,7 @@ def trace(path: tuple[str, tuple[float, float, float], tuple[float, ...]], level
 
 def main() -> None:
     """Follow what the file lacks."""
-    options = arguments(__doc__, FILE).parse_args()
+    options = arguments(__doc__, FILE, "coarse").parse_args()
     prepare_process()
     complete(options, PATHS, lambda path: trace(path, options.elements))
 

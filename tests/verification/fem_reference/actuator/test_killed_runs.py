@@ -45,7 +45,7 @@ from tests.fem_fixtures import TINY
 LEVELS["coarse"] = TINY
 
 if __name__ == "__main__":
-    sizes = ["--paths", "2", "--workers", "1", "--pressure-max-kpa", "12", "12", "12"]
+    sizes = ["--elements", "coarse", "--paths", "2", "--workers", "1", "--pressure-max-kpa", "12", "12", "12"]
     sys.exit(main(["run", "--out", sys.argv[1], *sizes, "--moment-max-nmm", "1", "--torque-max-nmm", "1"]))
 """
 

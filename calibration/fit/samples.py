@@ -6,6 +6,8 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Bool, Float
 
+from calibration.fit.upright import stood_upright
+
 Floats = Float[np.ndarray, "..."]
 
 # Volume error that weighs as much as one degree of bending angle, relative to the volume's range.
@@ -52,13 +54,19 @@ def loading_samples(dataset: xr.Dataset) -> Samples:
     """Return the states on the loading branch: those of each path before it becomes unstable or jumps.
 
     A real section is never at an unstable state, and after a jump the same loads have another solution.
+    States at an imposed curvature stand upright, see `stood_upright`.
     """
+    gradient, hessian = stood_upright(
+        np.concatenate([dataset["moment"].values, -dataset["volume"].values], axis=1),
+        dataset["hessian"].values,
+        dataset["held"].values != 0,
+    )
     everything = Samples(
         pressure=dataset["pressure"].values,
         curvature=dataset["curvature"].values,
         energy=dataset["energy"].values,
-        gradient=np.concatenate([dataset["moment"].values, -dataset["volume"].values], axis=1),
-        hessian=dataset["hessian"].values,
+        gradient=gradient,
+        hessian=hessian,
         psi=dataset["psi"].values,
         path=dataset["path"].values,
         held_out=dataset["role"].values == "held-out",

@@ -1,0 +1,37 @@
+"""A section that gives way sideways is given back its stand, and nothing else changes."""
+
+import numpy as np
+import pytest
+
+from calibration.fit.upright import UPRIGHT, stood_upright
+
+
+def state(softest: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Gradient, Hessian and soft direction of a random state."""
+    rng = np.random.default_rng(0)
+    frame = np.linalg.qr(rng.standard_normal((3, 3)))[0]
+    hessian = rng.standard_normal((6, 6))
+    hessian += hessian.T
+    hessian[:3, :3] = frame @ np.diag([softest, 1.0, 1.6]) @ frame.T
+    return rng.standard_normal(6), hessian, frame[:, 0]
+
+
+@pytest.mark.parametrize("softest", [-25.0, -0.1, 0.2])
+def test_only_the_soft_direction_of_a_held_state_changes(softest):
+    gradient, hessian, v = state(softest)
+    both, stiffness = stood_upright(
+        np.stack([gradient, gradient]), np.stack([hessian, hessian]), np.array([False, True])
+    )
+    np.testing.assert_array_equal(both[0], gradient)
+    np.testing.assert_array_equal(stiffness[0], hessian)
+    found, matrix = both[1], stiffness[1]
+    np.testing.assert_allclose(matrix, matrix.T, atol=1e-12)
+    np.testing.assert_allclose(matrix[:3, :3] @ v, UPRIGHT * v, atol=1e-12)
+    assert [v @ found[:3], *(v @ matrix[:3, 3:])] == pytest.approx([0.0] * 4, abs=1e-12)
+    # Across v all is as it was, and so is what belongs to the pressures alone.
+    across = np.eye(3) - np.outer(v, v)
+    np.testing.assert_allclose(across @ found[:3], across @ gradient[:3], atol=1e-12)
+    np.testing.assert_allclose(across @ matrix[:3, :3], across @ hessian[:3, :3], atol=1e-12)
+    np.testing.assert_allclose(across @ matrix[:3, 3:], across @ hessian[:3, 3:], atol=1e-12)
+    np.testing.assert_array_equal(found[3:], gradient[3:])
+    np.testing.assert_array_equal(matrix[3:, 3:], hessian[3:, 3:])

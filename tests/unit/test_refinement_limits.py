@@ -1,9 +1,8 @@
 """Limits of the refinement study, from values with errors of known order."""
 
-import numpy as np
 import pytest
 
-from tests.benchmark.refinement.limits import limit
+from tests.benchmark.refinement.limits import difference, limit
 from tests.benchmark.refinement.solve import Solved
 
 TRUE = 60.0
@@ -34,11 +33,19 @@ def test_errors_of_second_order_leave_the_true_limit_inside_or_at_the_end():
 
 
 @pytest.mark.parametrize("name", ["linear", "quadratic"])
-def test_one_family_alone_tells_a_limit(name):
+def test_one_family_alone_tells_no_limit(name):
     alone = family(name, -0.03, -0.01, "x2" if name == "linear" else "x1")
-    found = limit(alone, "chamber 1", 40.0, "angle_deg")
-    assert found.most == pytest.approx(TRUE)
-    assert np.isfinite(found.half_width)
+    assert limit(alone, "chamber 1", 40.0, "angle_deg") is None
+
+
+def test_what_two_windings_have_in_common_is_not_in_their_difference():
+    """Both are wrong by the same share of nearly the same angle; one is 1° larger on every mesh."""
+    more = family("linear", -0.03, -0.01, "x2") | family("quadratic", 0.02, 0.005, "x1")
+    less = {name: solved(name, one.value("chamber 1", 40.0, "angle_deg") - 1.0) for name, one in more.items()}
+    found = difference(more, less, "chamber 1", 40.0, "angle_deg")
+    assert (found.least, found.most) == pytest.approx((1.0, 1.0))
+    interval = limit(more, "chamber 1", 40.0, "angle_deg")
+    assert interval.most - interval.least > 0.5
 
 
 def test_without_the_finest_meshes_there_is_none():

@@ -59,6 +59,7 @@ def loading_samples(dataset: xr.Dataset) -> Samples:
     gradient, hessian = stood_upright(
         np.concatenate([dataset["moment"].values, -dataset["volume"].values], axis=1),
         dataset["hessian"].values,
+        dataset["applied_moment"].values,
         dataset["held"].values != 0,
     )
     everything = Samples(

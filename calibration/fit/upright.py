@@ -15,25 +15,31 @@ UPRIGHT = 0.5
 
 
 def stood_upright(
-    gradient: Float[np.ndarray, "n 6"], hessian: Float[np.ndarray, "n 6 6"], held: Bool[np.ndarray, " n"]
+    gradient: Float[np.ndarray, "n 6"],
+    hessian: Float[np.ndarray, "n 6 6"],
+    applied: Float[np.ndarray, "n 3"],
+    held: Bool[np.ndarray, " n"],
 ) -> tuple[Float[np.ndarray, "n 6"], Float[np.ndarray, "n 6 6"]]:
     """Return gradients and Hessians with the soft direction of the held states replaced.
 
     Parameters
     ----------
     gradient, hessian : of Π in (u, p) [SI].
+    applied : moment of the path at the state, which the section is to bear [N m].
     held : states at an imposed curvature, beyond the loss of lateral stability.
 
     Returns
     -------
-    gradient, hessian : moment and coupling to the pressures vanish along the softest direction of a held
-        state, and its stiffness there is `UPRIGHT` of the median; all else stays.
+    gradient, hessian : along the softest direction of a held state, if its stiffness is below `UPRIGHT` of
+        the median: that stiffness, the applied moment, and no coupling to the pressures. All else stays.
     """
     gradient, hessian = gradient.copy(), hessian.copy()
     for n in np.flatnonzero(held):
         value, frame = np.linalg.eigh(hessian[n, :3, :3])
+        if value[0] >= UPRIGHT * np.median(value):
+            continue
         v = frame[:, 0]
-        gradient[n, :3] -= v * (v @ gradient[n, :3])
+        gradient[n, :3] += v * (v @ (applied[n] - gradient[n, :3]))
         hessian[n, :3, :3] += (UPRIGHT * np.median(value) - value[0]) * np.outer(v, v)
         coupling = np.outer(v, v @ hessian[n, :3, 3:])
         hessian[n, :3, 3:] -= coupling

@@ -40,6 +40,7 @@ class Variable(NamedTuple):
 VARIABLES: tuple[Variable, ...] = (
     Variable("pressure", ("chamber",), "Pa", "gauge pressure of each chamber", 0.0, 1e8),
     Variable("moment", ("axis",), "N m", "moment on the section, body frame, equal to dPi/du", -1e6, 1e6),
+    Variable("applied_moment", ("axis",), "N m", "moment of the path; not all of it if held", -1e6, 1e6),
     Variable("curvature", ("axis",), "1/m", "curvature and twist, body frame", -1e6, 1e6),
     Variable("energy", (), "J/m", "section potential Pi less its value at rest", -1e9, 1e9),
     Variable("volume", ("chamber",), "m2", "chamber volume per length, equal to -dPi/dp", -10.0, 10.0),
@@ -146,9 +147,10 @@ def load_dataset(file: Path) -> xr.Dataset:
         raise DatasetError(
             f"dataset: cannot read {file} as netCDF ({reason}); expected a file of `run`"
         ) from error
-    if "held" not in dataset and "state" in dataset.sizes:
-        # Files from before states at imposed curvature.
+    if "held" not in dataset and "moment" in dataset:
+        # Files from before states at imposed curvature, whose moments are those of their paths.
         dataset["held"] = ("state", np.zeros(dataset.sizes["state"], dtype=int))
+        dataset["applied_moment"] = dataset["moment"]
     needed = [variable.name for variable in VARIABLES] + ["path", "role", "psi"]
     missing = [name for name in needed if name not in dataset]
     if missing:

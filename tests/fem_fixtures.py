@@ -19,7 +19,7 @@ from fem_reference import ActuatorGeometry, CellState, DoubleHelix, Load, Ogden,
 from fem_reference.cell.equations import CellEquations
 from fem_reference.cell.screw_motion import screw_series
 from fem_reference.cell.state import Configuration
-from fem_reference.elements.ogden import BLOCKS, Moduli, Principal, half_turned, isochoric_response, principal
+from fem_reference.materials import BLOCKS, Isochoric, Material, Principal, half_turned, principal
 from fem_reference.mesh import BodyMesh, MeshLevel
 
 # The fewest elements that keep the structure: every wall one element thick.
@@ -74,18 +74,17 @@ def points_first(array: ArrayLike, components: int) -> np.ndarray:
 
 
 @jax.jit
-def _principal_response(moduli: Moduli, F: Array) -> tuple[Principal, Array, Array]:
+def _principal_response(law: Isochoric, F: Array) -> tuple[Principal, Array, Array]:
     at = principal(F)
-    stress, dyads = isochoric_response(moduli, at)
+    stress, dyads = law.response(at)
     return at, stress, half_turned(dyads, at.after)
 
 
 def isochoric_tangent(
-    material: Ogden, unit: float, deformation_gradient: np.ndarray
+    material: Material, unit: float, deformation_gradient: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Stress P and ∂P/∂F over the row-major pairs (iJ), (kL), from those of the principal frame."""
-    moduli = Moduli(jnp.asarray(material.shear_moduli) / unit, jnp.asarray(material.exponents))
-    at, stress, blocks = _principal_response(moduli, points_last(deformation_gradient, 2))
+    at, stress, blocks = _principal_response(material.isochoric(unit), points_last(deformation_gradient, 2))
     before = points_first(at.before, 2)
     by_pair = np.empty((3, 3, *blocks.shape[1:]))
     for (i, k), block in zip(BLOCKS, np.asarray(blocks), strict=True):

@@ -2,14 +2,13 @@
 
 import argparse
 import json
-import math
 import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from calibration.cli import _ends, _fit_measured, _judge, _report, _truth
+from calibration.cli import _bounds, _ends, _fit_measured, _judge, _report, _scale, _truth
 from calibration.cli._arguments import (
     BAD_INPUT,
     GOOD,
@@ -25,6 +24,7 @@ from calibration.cli._arguments import (
     refuse_unwritable,
 )
 from calibration.cli._files import read_calibration_file, read_dataset, write_calibration_file
+from calibration.cli._run_design import orientations, run_actuator, run_domain
 
 # Default size of a law.
 _RIDGES, _FEATURES = 24, 16
@@ -49,58 +49,40 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(options: argparse.Namespace, command: str) -> int:
-    from dataclasses import asdict
-
     from calibration.sweep.dataset import DatasetError, build_dataset, save_dataset
     from calibration.sweep.errors import SweepError
     from calibration.sweep.path_file import PathFileError
     from calibration.sweep.restore_run import restore_run
-    from calibration.sweep.run_directory import END_COMPLIANCE, RunError, RunPlan, open_run
+    from calibration.sweep.run_directory import RunError, RunPlan, open_run
     from calibration.sweep.sweep import run_sweep
     from calibration.sweep.tracing import CellTracer
-    from fem_reference import ActuatorGeometry, Ogden, Thread, converged_level, layout, mesh_level
-    from rodmodel import Domain
+    from fem_reference import converged_level, mesh_level
 
-    psi = [math.radians(value) for value in options.psi_deg]
-    if len(psi) > 2 or (len(psi) == 2 and not (options.layout == "double-helix" and psi[0] < psi[1])):
-        raise BadInputError(
-            f"--psi-deg: got {options.psi_deg} with --layout {options.layout}, expected one orientation, or "
-            "for a double helix the least and the largest of many"
-        )
+    actuator, psi = run_actuator(options), orientations(options)
     try:
-        winding = layout(options.layout, psi[0], 1e-3 * options.pitch_mm)
-        winding.refuse_overlap(Thread())
-    except ValueError as error:
-        raise BadInputError(f"--layout {options.layout}: {error}") from error
-    try:
-        level = options.elements or converged_level(winding)
+        level = options.elements or converged_level(actuator.winding)
         mesh_level(level)
     except ValueError as error:
         raise BadInputError(f"--{error}") from error
-    compliance = options.end_compliance_mm_per_n
-    plan = RunPlan(
-        geometry=ActuatorGeometry(),
-        winding=winding,
-        level=level,
-        domain=Domain(
-            tuple(1e3 * p for p in options.pressure_max_kpa),
-            1e3 * options.pressure_sum_max_kpa,
-            1e-3 * options.moment_max_nmm,
-            1e-3 * options.torque_max_nmm,
-        ),
-        paths=options.paths,
-        seed=options.seed,
-        end_compliance=END_COMPLIANCE if compliance is None else 1e-3 * compliance,
-        orientations=(psi[0], psi[1]) if len(psi) == 2 else None,
-    )
+    try:
+        plan = RunPlan(
+            actuator=actuator,
+            level=level,
+            domain=run_domain(options, actuator),
+            paths=options.paths,
+            seed=options.seed,
+            end_compliance=actuator.end_compliance or 0.0,
+            orientations=(psi[0], psi[1]) if len(psi) == 2 else None,
+        )
+    except ValueError as error:
+        raise BadInputError(f"--design {options.design}: {error}") from error
     directory = Path(options.out)
-    material = {"body": asdict(Ogden()), "thread": asdict(Thread())}
     try:
         if options.extend is not None:
-            restore_run(read_dataset(options.extend), directory, plan, material)
-        description = open_run(directory, plan, command, material)
+            restore_run(read_dataset(options.extend), directory, plan, plan.material)
+        description = open_run(directory, plan, command, plan.material)
         paths = plan.design()
-        tracer = CellTracer(plan.geometry, plan.winding, plan.level, plan.end_compliance)
+        tracer = CellTracer(plan.actuator, plan.level, plan.end_compliance)
         records = run_sweep(tracer, paths, directory, options.workers, options.scheduler)
         dataset = build_dataset(paths, records, description)
         save_dataset(dataset, directory / "dataset.nc")
@@ -231,21 +213,31 @@ def _parser() -> argparse.ArgumentParser:
         prog="rodmodel-calibrate", description="Calibrate a section law on the finite-element cell."
     )
     commands = parser.add_subparsers(
-        required=True, metavar="run | fit | report | fit-measured | truth | ends | judge"
+        required=True, metavar="run | fit | report | fit-measured | truth | ends | bounds | judge | scale"
     )
 
     run = commands.add_parser("run", help="sweep loading paths of the cell, or resume an interrupted run")
-    run.add_argument("--layout", default="double-helix", help="winding layout (default: %(default)s)")
+    run.add_argument(
+        "--design",
+        default=None,
+        metavar="FILE",
+        help="design file, which other options change (default: the paper's actuator)",
+    )
+    run.add_argument("--layout", default=None, help="winding layout (default: double-helix, or the design's)")
     run.add_argument(
         "--psi-deg",
         nargs="+",
         type=number,
-        default=[0.0],
+        default=None,
         metavar="PSI",
-        help="winding orientation [deg]; or a range, from which each path draws its own",
+        help="winding orientation [deg]; or a range, from which each path draws its own (default: 0, or the "
+        "design's)",
     )
     run.add_argument(
-        "--pitch-mm", type=positive, default=3.0, help="winding pitch, twice the rings' spacing [mm]"
+        "--pitch-mm",
+        type=positive,
+        default=None,
+        help="winding pitch, twice the rings' spacing [mm] (default: 3, or the design's)",
     )
     run.add_argument(
         "--elements",
@@ -273,11 +265,23 @@ def _parser() -> argparse.ArgumentParser:
         type=not_negative,
         default=None,
         metavar="C",
-        help="compliance of the ends along the rod (default: that of the paper's actuator)",
+        help="compliance of the ends along the rod (default: the design's, or that of the paper's actuator, "
+        "scaled)",
     )
-    run.add_argument("--moment-max-nmm", type=positive, default=6.6, help="largest bending moment [N mm]")
-    run.add_argument("--torque-max-nmm", type=positive, default=3.3, help="largest torque [N mm]")
-    _domain_options(run, (60.0, 60.0, 60.0), 110.0)
+    run.add_argument(
+        "--moment-max-nmm",
+        type=positive,
+        default=None,
+        help="largest bending moment [N mm] (default: 6.6, scaled to the design)",
+    )
+    run.add_argument(
+        "--torque-max-nmm",
+        type=positive,
+        default=None,
+        help="largest torque [N mm] (default: 3.3, scaled to the design)",
+    )
+    scaled = "(default: the design's, or {} kPa, scaled by the shear modulus)"
+    _domain_options(run, scaled.format("60 60 60"), scaled.format("110"))
     run.set_defaults(command=_run)
 
     fit = commands.add_parser("fit", help="fit the section law and write the calibration file")
@@ -313,27 +317,31 @@ def _parser() -> argparse.ArgumentParser:
     )
     fit.add_argument("--iterations", type=count, default=100, help="maximum iterations of the final training")
     fit.add_argument("--seed", type=int, default=0, help="seed of the first start")
-    _domain_options(fit, None, None)
+    _domain_options(fit, "", "")
     fit.set_defaults(command=_fit)
 
     report, measured = _report.add_to(commands), _fit_measured.add_to(commands)
-    truth, ends, judge = _truth.add_to(commands), _ends.add_to(commands), _judge.add_to(commands)
-    for command in (run, fit, report, measured, truth, ends, judge):
+    truth, ends = _truth.add_to(commands), _ends.add_to(commands)
+    bounds, judge = _bounds.add_to(commands), _judge.add_to(commands)
+    scale = _scale.add_to(commands)
+    for command in (run, fit, report, measured, truth, ends, bounds, judge, scale):
         command.add_argument("--json", action="store_true", help="one JSON object on stdout")
     return parser
 
 
-def _domain_options(
-    parser: argparse.ArgumentParser, each: tuple[float, float, float] | None, total: float | None
-) -> None:
+def _domain_options(parser: argparse.ArgumentParser, each: str, total: str) -> None:
+    """Add the limits of the pressures, with what their help says of the defaults."""
     parser.add_argument(
         "--pressure-max-kpa",
         nargs=3,
         type=positive,
-        default=each,
+        default=None,
         metavar=("P1", "P2", "P3"),
-        help="largest pressure of each chamber",
+        help=f"largest pressure of each chamber {each}".strip(),
     )
     parser.add_argument(
-        "--pressure-sum-max-kpa", type=positive, default=total, help="largest sum of the pressures"
+        "--pressure-sum-max-kpa",
+        type=positive,
+        default=None,
+        help=f"largest sum of the pressures {total}".strip(),
     )

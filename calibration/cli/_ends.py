@@ -115,7 +115,8 @@ def _write_ends(
     provenance = {**calibration.provenance, "ends": note}
     left_out = {"median": ends.angle_median, "p90": ends.angle_p90, "worst": ends.angle_worst}
     errors = {**calibration.error, "actuator_angle_rad": left_out}
-    made = replace(calibration, actuator=actuator, error=errors, provenance=provenance)
+    # A bound is one of the rod with its ends: `bounds` makes it anew.
+    made = replace(calibration, actuator=actuator, error=errors, provenance=provenance, bound=None)
     write_calibration_file(made, file)
 
 

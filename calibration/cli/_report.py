@@ -84,10 +84,12 @@ def _report(options: argparse.Namespace, command: str) -> int:
 
 def _report_all(options: argparse.Namespace) -> int:
     from calibration.fit.held_out_error import everywhere
-    from calibration.report.all_layouts import datasets_by_checksum, markdown, report_map, report_rods, title
+    from calibration.report.all_layouts import datasets_by_checksum, markdown, report_map, report_rods
     from calibration.report.rod_error_plot import write_truth_figure
     from calibration.sweep.dataset import DatasetError
+    from calibration.truth.cases import title
     from calibration.truth.compare_rods import compare_with_truth
+    from calibration.truth.error_bounds import coverage_by
     from rodmodel import shipped_calibrations
 
     if options.compare:
@@ -104,15 +106,15 @@ def _report_all(options: argparse.Namespace) -> int:
             write_truth_figure(verdict, figures / "rod-against-actuator.png")
     except OSError as error:
         raise _unwritable(figures, error) from error
-    rods = report_rods(verdict)
+    rods, shares = report_rods(verdict), coverage_by(verdict)
     if options.json:
         laws = [
             {**asdict(row.calibration.layout), "recomputed": row.recomputed, "error": row.error}
             for row in maps
         ]
-        print(json_text({"maps": laws, "rods": rods}))
+        print(json_text({"maps": laws, "rods": rods, "coverage": shares}))
     else:
-        print(markdown(maps, rods), end="")
+        print(markdown(maps, rods, shares), end="")
     wrong = [title(row.calibration.layout) for row in maps if not everywhere(row.error)]
     if wrong:
         return complain(f"rodmodel-calibrate report: {'; '.join(wrong)}: {_NOWHERE}", NOT_CONVERGED)

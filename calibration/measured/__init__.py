@@ -18,3 +18,5 @@ from calibration.measured.report import fit_text as fit_text
 from calibration.measured.report import residual_plot as residual_plot
 from calibration.measured.residuals import Noise as Noise
 from calibration.measured.text import MeasuredError as MeasuredError
+from calibration.measured.text import read_text as read_text
+from calibration.measured.text import with_point as with_point

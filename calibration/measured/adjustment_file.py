@@ -42,6 +42,7 @@ def calibration_of_fit(
         actuator=made.actuator,
         law=made.law,
         domain=narrowed(made.section_law, made.domain),
+        bound=made.bound,
         error=made.error,
         provenance=made.provenance,
     )

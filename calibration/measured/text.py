@@ -45,17 +45,7 @@ def read_cells(file: Path) -> Cells:
     MeasuredError
         If it cannot be read, or is empty.
     """
-    try:
-        content = file.read_bytes()
-    except OSError as error:
-        raise MeasuredError(f"{file}: got {error.strerror}, expected a readable CSV file") from error
-    if content.startswith(b"PK\x03\x04"):
-        raise MeasuredError(f"{file}: got a workbook, expected a CSV file: save the sheet as one")
-    try:
-        text = _decoded(content)
-    except UnicodeDecodeError as error:
-        raise MeasuredError(f"{file}: got {error}, expected a CSV file in UTF-8") from error
-    lines = text.splitlines()
+    lines = read_text(file).splitlines()
     declared = next(
         (line[4] for line in lines[:1] if line.lower().startswith("sep=") and len(line) == 5), None
     )
@@ -72,11 +62,36 @@ def read_cells(file: Path) -> Cells:
     if not rows:
         raise MeasuredError(f"{file}: line 1: got an empty file, expected names of columns")
     if separator != ",":
-        rows = [(line, [_with_point(cell) for cell in row]) for line, row in rows]
+        rows = [(line, [with_point(cell) for cell in row]) for line, row in rows]
     most = max(len(row) for _, row in rows)
     filled = [n for n in range(most) if any(n < len(row) and row[n] for _, row in rows)]
     last = max(filled) + 1
     return Cells(separator, [(line, row[:last]) for line, row in rows])
+
+
+def read_text(file: Path) -> str:
+    """Read a text file in UTF-8, UTF-16 with byte order mark, or Windows code page 1252.
+
+    Raises
+    ------
+    MeasuredError
+        If it cannot be read, or is a workbook.
+    """
+    try:
+        content = file.read_bytes()
+    except OSError as error:
+        raise MeasuredError(f"{file}: got {error.strerror}, expected a readable CSV file") from error
+    if content.startswith(b"PK\x03\x04"):
+        raise MeasuredError(f"{file}: got a workbook, expected a CSV file: save the sheet as one")
+    try:
+        return _decoded(content)
+    except UnicodeDecodeError as error:
+        raise MeasuredError(f"{file}: got {error}, expected a CSV file in UTF-8") from error
+
+
+def with_point(cell: str) -> str:
+    """Return a number with a decimal comma as one with a point; any other text as it is."""
+    return cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell) else cell
 
 
 def _decoded(content: bytes) -> str:
@@ -87,7 +102,3 @@ def _decoded(content: bytes) -> str:
     except UnicodeDecodeError:
         # Tried last, because it accepts nearly all bytes.
         return content.decode("cp1252")
-
-
-def _with_point(cell: str) -> str:
-    return cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell) else cell

@@ -14,7 +14,8 @@ from distributed import Client, Future, KilledWorker, get_worker, wait
 
 from calibration.sweep.design import LoadingPath
 from calibration.sweep.errors import NoSchedulerError, WorkersDiedError
-from calibration.sweep.tracing import Trace, records_of
+from calibration.sweep.loading_sheet import Trace
+from calibration.sweep.tracing import records_of
 
 _POLL = 0.2  # wait between looks for records [s]
 _CONNECT = 10.0  # time to connect to the scheduler [s]

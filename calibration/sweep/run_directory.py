@@ -1,5 +1,6 @@
 """Run directory of a sweep: the plan of the run, stored with its results."""
 
+import itertools
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -11,11 +12,14 @@ from calibration.sweep.design import ROUNDS, LoadingPath, design_paths
 from calibration.sweep.run_schema import RUN_KEYS
 from fem_reference import (
     ActuatorGeometry,
+    Core,
+    Design,
     MeshLevel,
     Ogden,
     RecordError,
     Thread,
     Winding,
+    design_text,
     level_record,
     read_record,
 )
@@ -38,8 +42,8 @@ class RunError(ValueError):
 class RunPlan:
     """Actuator, mesh level, domain and design of a run."""
 
-    geometry: ActuatorGeometry
-    winding: Winding
+    actuator: Design
+    """What the sections are made of. The ends' compliance is the plan's own."""
     level: str | MeshLevel
     """Name of a level, or element counts."""
     domain: Domain
@@ -48,7 +52,7 @@ class RunPlan:
     end_compliance: float = END_COMPLIANCE
     """See `PeriodCell` [m/N]."""
     orientations: tuple[float, float] | None = None
-    """Range of ψ [rad] from which each path draws its own orientation; ``winding.psi`` is then ignored."""
+    """Range of ψ [rad] from which each path draws its own orientation; the winding's ψ is then ignored."""
 
     def __post_init__(self) -> None:
         if any(self.geometry.outer_wall_variation):
@@ -56,6 +60,27 @@ class RunPlan:
                 f"geometry: got an outer_wall_variation of {self.geometry.outer_wall_variation}, expected "
                 "none: a law has the symmetry of a section with equal walls"
             )
+
+    @property
+    def geometry(self) -> ActuatorGeometry:
+        """Dimensions of the actuator."""
+        return self.actuator.geometry
+
+    @property
+    def winding(self) -> Winding:
+        """Winding of the actuator."""
+        return self.actuator.winding
+
+    @property
+    def material(self) -> dict[str, Any]:
+        """Constants of silicone, thread and core, for the run directory and the dataset's attributes."""
+        actuator = self.actuator
+        return {
+            # A dataclass, as all laws are.
+            "body": asdict(actuator.material),  # type: ignore[call-overload]
+            "thread": asdict(actuator.thread),
+            "core": asdict(actuator.core),
+        }
 
     @property
     def mirror(self) -> bool:
@@ -85,13 +110,20 @@ class RunPlan:
             "seed": self.seed,
             "mirror": self.mirror,
             "pressure_step": PRESSURE_STEP,
+            "design": design_text(self.actuator),
         }
 
 
 def whole_material(material: Mapping[str, Any]) -> dict[str, Any]:
     """Return a file's material with defaults for parameters that older files lack."""
-    every = json.loads(json.dumps({"body": asdict(Ogden()), "thread": asdict(Thread())}))
-    return {**material, **{part: {**every[part], **material[part]} for part in every if part in material}}
+    every = {"body": asdict(Ogden()), "thread": asdict(Thread())}
+    if "constants" in material.get("body", {}):
+        # A law that older files do not know.
+        del every["body"]
+    filled = {part: {**every[part], **material[part]} for part in every if part in material}
+    if filled:
+        filled["core"] = material.get("core", asdict(Core()))
+    return {**material, **json.loads(json.dumps(filled))}
 
 
 def refuse_another(
@@ -100,12 +132,26 @@ def refuse_another(
     """Raise a `RunError` if the description of a run does not match this plan."""
     wanted = json.loads(json.dumps({**plan.description(), "material": material}))
     found = {**found, "material": whole_material(found.get("material", {}))}
+    # Older files hold no design: all of one that a run depends on is in their other keys.
+    found.setdefault("design", wanted["design"])
     for key, value in wanted.items():
+        if found.get(key) != value and key == "design":
+            raise RunError(
+                f"{where} holds a run of another design ({_first_difference(found[key], value)}); expected "
+                f"{expected} of the same run"
+            )
         if found.get(key) != value:
             raise RunError(
                 f"{where} holds a run with {key} {found.get(key)}, this one has {value}; "
                 f"expected {expected} of the same run"
             )
+
+
+def _first_difference(found: str, wanted: str) -> str:
+    """Return the first lines of two designs' texts that differ."""
+    pairs = itertools.zip_longest(found.splitlines(), wanted.splitlines(), fillvalue="nothing")
+    own, other = next(pair for pair in pairs if pair[0] != pair[1])
+    return f"{own}, this one has {other}"
 
 
 def open_run(directory: Path, plan: RunPlan, command: str, material: Mapping[str, Any]) -> dict[str, Any]:

@@ -62,7 +62,11 @@ RUN_KEYS: Mapping[str, Kind] = {
     "seed": Numbers(-(2**63), 2**63, whole=True),
     "mirror": FLAG,
     "pressure_step": _PRESSURE,
-    "material": Object({"body": Object(optional=True), "thread": Object(optional=True)}),
+    "material": Object(
+        {"body": Object(optional=True), "thread": Object(optional=True), "core": Object(optional=True)}
+    ),
+    # The canonical text of a design file; absent in files from before designs.
+    "design": Text(optional=True),
     "command": Text(),
     "code_version": Text(),
     "date": Text(),

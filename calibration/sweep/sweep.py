@@ -14,8 +14,8 @@ from calibration.progress import progress_bar
 from calibration.sweep.design import LoadingPath
 from calibration.sweep.directory_lock import sole_sweep
 from calibration.sweep.errors import NoSchedulerError, SweepError, WorkersDiedError
+from calibration.sweep.loading_sheet import Trace
 from calibration.sweep.path_file import PathRecord, PathWriter, path_file, read_path
-from calibration.sweep.tracing import Trace
 from calibration.sweep.workers import trace_in_processes
 
 

@@ -11,14 +11,13 @@ import numpy as np
 from calibration.sweep.design import LoadingPath, between
 from calibration.sweep.loading_sheet import Trace, only_gives_way, upright_states
 from fem_reference import (
-    ActuatorGeometry,
     CellError,
     CellState,
+    Design,
     DoubleHelix,
     Load,
     MeshLevel,
     PeriodCell,
-    Winding,
     follow,
 )
 
@@ -34,19 +33,19 @@ HALVINGS = 2
 class CellTracer:
     """Picklable factory of a period cell's continuation, which ends where the walls become unstable."""
 
-    geometry: ActuatorGeometry
-    winding: Winding
+    actuator: Design
     level: str | MeshLevel
     end_compliance: float = 0.0
 
     def __call__(self) -> Trace:
         """Build the cell in the calling process and return its continuation."""
-        cell = PeriodCell(self.geometry, self.winding, self.level, end_compliance=self.end_compliance)
+        cell = PeriodCell.of(self.actuator, self.level, self.end_compliance)
         return lambda loads, start: follow(cell, loads, start=start, jumps=False)
 
     def oriented(self, psi: float) -> "CellTracer":
         """Return the same factory for a winding at another ψ [rad]."""
-        return replace(self, winding=replace(cast(DoubleHelix, self.winding), psi=psi))
+        winding = replace(cast(DoubleHelix, self.actuator.winding), psi=psi)
+        return replace(self, actuator=replace(self.actuator, winding=winding))
 
 
 # Thread-local, because a cell traces one path at a time.
@@ -159,9 +158,7 @@ def unexplained(before: CellState, after: CellState) -> float:
     return float(np.linalg.norm(after.curvature - before.curvature - change))
 
 
-def state_record(
-    state: CellState, attempt: int, seconds: float, near: Load | None = None
-) -> dict[str, Any]:
+def state_record(state: CellState, attempt: int, seconds: float, near: Load | None = None) -> dict[str, Any]:
     """Return the record of one state for JSON; ``near`` is the path's load if the curvature is imposed."""
     return {
         "pressure": np.asarray(state.pressure, dtype=float).tolist(),

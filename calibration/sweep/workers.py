@@ -19,7 +19,8 @@ from typing import Any
 
 from calibration.sweep.design import LoadingPath
 from calibration.sweep.errors import WorkersDiedError
-from calibration.sweep.tracing import Trace, records_of
+from calibration.sweep.loading_sheet import Trace
+from calibration.sweep.tracing import records_of
 from fem_reference import prepare_process
 
 # Workers that may die on one path before the sweep gives up: the system may kill processes too.

@@ -1,7 +1,5 @@
 """The full-length actuator: equations, loads, volume control, pose."""
 
-from fem_reference.actuator.actuator import BONDS as BONDS
-from fem_reference.actuator.actuator import DENSITY as DENSITY
 from fem_reference.actuator.actuator import Actuator as Actuator
 from fem_reference.actuator.actuator import ActuatorError as ActuatorError
 from fem_reference.actuator.actuator import ActuatorState as ActuatorState

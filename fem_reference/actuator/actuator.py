@@ -16,24 +16,22 @@ from fem_reference.actuator.pose import AxisShape, axis_shape, bending
 from fem_reference.actuator.problem import ActuatorProblem
 from fem_reference.actuator.volume_continuation import VolumePathFollower
 from fem_reference.algebra import SymmetricSolver, default_solver
-from fem_reference.elements import Ogden
+from fem_reference.design import BONDS, DENSITY, Design
 from fem_reference.errors import NewtonError
 from fem_reference.geometry import (
     MOMENT_SHARE,
     ActuatorGeometry,
+    Core,
     DoubleHelix,
     Thread,
     Winding,
     refuse_implausible,
     refuse_load_beyond,
 )
+from fem_reference.materials import Material, Ogden
 from fem_reference.mesh import MeshLevel, mesh_level
 from fem_reference.solver import Equilibrium, PathError, PathMemory, SolverOptions, solve_equilibrium
 
-#: Density of silicone [kg/m³].
-DENSITY = 1070.0
-#: Where the cavity may be bonded to the rod.
-BONDS = ("cap", "tip", "all")
 _MM = 1e3
 _MPA = 1e6
 # Length of the first step of a path, in units of volume: about 1.5 kPa in one chamber.
@@ -130,7 +128,7 @@ class Actuator:
 
     Parameters
     ----------
-    geometry, material, winding, thread : by default the paper's.
+    geometry, material, winding, thread, core : by default the paper's. `Actuator.of` takes a design's.
     level : ``coarse``, ``medium``, ``paper``, or element counts of your own.
     density : of silicone and rod, for gravity [kg/m³].
     bonded : where the cavity is bonded to the core: in the ``cap``, as in the paper; at the ``tip`` only,
@@ -155,7 +153,7 @@ class Actuator:
         geometry: ActuatorGeometry | None = None,
         winding: Winding | None = None,
         level: str | MeshLevel = "coarse",
-        material: Ogden | None = None,
+        material: Material | None = None,
         thread: Thread | None = None,
         density: float = DENSITY,
         bonded: str = "cap",
@@ -163,6 +161,7 @@ class Actuator:
         symmetric: bool = False,
         solver: SymmetricSolver | None = None,
         options: SolverOptions | None = None,
+        core: Core | None = None,
     ) -> None:
         if not (np.isfinite(density) and density > 0.0):
             raise ValueError(f"density: got {density!r}, expected a positive finite number [kg/m³]")
@@ -179,11 +178,43 @@ class Actuator:
             bonded=bonded,
             cap_wound=cap_wound,
             symmetric=symmetric,
+            core=core or Core(),
         )
         self.equations = ActuatorEquations(self.model)
         self._problem = ActuatorProblem(self.equations)
         self._solver = solver or default_solver(definite=True, elimination=self.equations.elimination)
         self.options = options or SolverOptions()
+
+    @classmethod
+    def of(
+        cls,
+        design: Design,
+        level: str | MeshLevel = "coarse",
+        symmetric: bool = False,
+        solver: SymmetricSolver | None = None,
+        options: SolverOptions | None = None,
+    ) -> "Actuator":
+        """Return the actuator of a design.
+
+        Parameters
+        ----------
+        design : actuator.
+        level, symmetric, solver, options : see `Actuator`.
+        """
+        return cls(
+            geometry=design.geometry,
+            winding=design.winding,
+            level=level,
+            material=design.material,
+            thread=design.thread,
+            density=design.density,
+            bonded=design.bonded,
+            cap_wound=design.cap_wound,
+            symmetric=symmetric,
+            solver=solver,
+            options=options,
+            core=design.core,
+        )
 
     @property
     def elements(self) -> int:

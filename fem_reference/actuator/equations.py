@@ -20,7 +20,7 @@ from fem_reference.actuator.external_load import ExternalLoad
 from fem_reference.actuator.load import ActuatorTarget
 from fem_reference.actuator.model import ActuatorLinearisation, ActuatorModel, Deformation
 from fem_reference.algebra import DofMap, SlabOrdering, SparsePattern
-from fem_reference.central_rod import ROD_YOUNG_MODULUS, CoreSpline, SplineBasis
+from fem_reference.central_rod import CoreSpline, SplineBasis
 from fem_reference.elements import (
     Chamber,
     DisplacementGroup,
@@ -62,6 +62,7 @@ _SPAN = 2.0
 _SLAB = 1.0 / 3.0
 # kg/m³ in tonne/mm³, so that an acceleration in mm/s² gives newtons.
 _DENSITY = 1e-12
+_MPA = 1e6
 
 Linear = TypeVar("Linear", bound=ActuatorLinearisation)
 
@@ -120,9 +121,8 @@ class ActuatorEquations:
         # A node's window of control points needs three spans.
         self.basis = SplineBasis(length, max(3, round(length / _SPAN)))
         density = model.density * _DENSITY
-        self.axis = CoreSpline(
-            self.basis, ROD_YOUNG_MODULUS * np.pi * radius**4 / 4.0, density * np.pi * radius**2
-        )
+        bending = model.core.young_modulus / _MPA * np.pi * radius**4 / 4.0
+        self.axis = CoreSpline(self.basis, bending, density * np.pi * radius**2)
         self.rest_positions = np.concatenate([self.mesh.points, self.axis.rest()])
         self._image = self._images() if model.symmetric else None
         #: With the plane of symmetry, one hexahedron of two mirror images, which counts twice.

@@ -1,14 +1,15 @@
 """Model of the full actuator: what it is made of, its unknowns, and their linearisation (N, mm, MPa)."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from fem_reference.elements import Ogden, Own
-from fem_reference.geometry import ActuatorGeometry, Thread, Winding
+from fem_reference.elements import Own
+from fem_reference.geometry import ActuatorGeometry, Core, Thread, Winding
+from fem_reference.materials import Material
 from fem_reference.mesh import MeshLevel
 from fem_reference.solver import Linearisation
 from fem_reference.walls import WallPairs
@@ -104,10 +105,11 @@ class ActuatorModel:
         over the core's diameter) or ``all`` along.
     cap_wound : whether the thread continues over the cap.
     symmetric : whether the body keeps its plane of symmetry y = 0.
+    core : central rod.
     """
 
     geometry: ActuatorGeometry
-    material: Ogden
+    material: Material
     winding: Winding
     thread: Thread
     level: MeshLevel
@@ -115,3 +117,4 @@ class ActuatorModel:
     bonded: str
     cap_wound: bool = False
     symmetric: bool = False
+    core: Core = field(default_factory=Core)

@@ -24,12 +24,10 @@ from fem_reference.cell.helical_periodicity import HelicalFrame, HelicalMap
 from fem_reference.cell.screw_motion import ScrewSeries, screw_series
 from fem_reference.cell.state import CellLinearisation, Configuration, Step
 from fem_reference.cell.unknowns import CellUnknowns
-from fem_reference.central_rod import ROD_YOUNG_MODULUS
 from fem_reference.elements import (
     Chamber,
     DisplacementGroup,
     ForceGroup,
-    Ogden,
     Own,
     SolidElements,
     SolidGroup,
@@ -46,12 +44,14 @@ from fem_reference.elements import (
     pressure_groups,
     total_energy,
 )
-from fem_reference.geometry import ActuatorGeometry, Thread, Winding
+from fem_reference.geometry import ActuatorGeometry, Core, Thread, Winding
+from fem_reference.materials import Material
 from fem_reference.mesh import BOTTOM, CAVITY, CHAMBERS, MILLIMETRE, MeshLevel, body_mesh
 from fem_reference.walls import WallContact
 
 # Compliance of the gauge [mm/N]. It violates the gauge by less than 1e-9 mm, and gives its pivots a sign.
 _GAUGE_COMPLIANCE = 1e-9
+_MPA = 1e6
 #: Number of gauges: mean slip and mean rotation.
 GAUGES = 2
 #: Name of the force group of the cavity's nodes against the core.
@@ -66,16 +66,18 @@ class CellEquations:
     geometry, material, winding, thread : the actuator.
     level : mesh density.
     axial_stiffness : k, of the ends by the body's length [N]; None where they hold the silicone's length.
+    core : central rod; by default the paper's.
     """
 
     def __init__(
         self,
         geometry: ActuatorGeometry,
-        material: Ogden,
+        material: Material,
         winding: Winding,
         thread: Thread,
         level: MeshLevel,
         axial_stiffness: float | None = None,
+        core: Core | None = None,
     ) -> None:
         winding.refuse_overlap(thread)
         self.mesh = body_mesh(geometry, winding.period, level, winding.interval)
@@ -103,7 +105,8 @@ class CellEquations:
         radius = geometry.cavity_diameter / 2.0 * MILLIMETRE
         self.rod = self._core_contact(radius)
         self.axial_stiffness = axial_stiffness
-        self._axial = AxialStiffness(ROD_YOUNG_MODULUS * np.pi * radius**4 / 4.0, axial_stiffness)
+        modulus = (core or Core()).young_modulus / _MPA
+        self._axial = AxialStiffness(modulus * np.pi * radius**4 / 4.0, axial_stiffness)
         self._rest_positions = self.mesh.points[self.helical.independent]
         self._gauge = self._gauge_rows()
         self._gauge_entries = self._gauge_matrix_entries()

@@ -14,12 +14,13 @@ from fem_reference.cell.condensation import condense
 from fem_reference.cell.equations import CellEquations
 from fem_reference.cell.problem import CellProblem, CellTarget
 from fem_reference.cell.state import CellLinearisation, Configuration
-from fem_reference.elements import Ogden
+from fem_reference.design import Design
 from fem_reference.errors import NewtonError
 from fem_reference.geometry import (
     CURVATURE_SHARE,
     MOMENT_SHARE,
     ActuatorGeometry,
+    Core,
     DoubleHelix,
     Thread,
     Winding,
@@ -27,6 +28,7 @@ from fem_reference.geometry import (
     refuse_implausible,
     refuse_load_beyond,
 )
+from fem_reference.materials import Material, Ogden
 from fem_reference.mesh import MeshLevel, converged_level, mesh_level
 from fem_reference.solver import Equilibrium, PathError, PathFollower, SolverOptions, solve_equilibrium
 
@@ -148,7 +150,8 @@ class PeriodCell:
 
     Parameters
     ----------
-    geometry, material, winding, thread : the actuator; by default the paper's.
+    geometry, material, winding, thread, core : the actuator; by default the paper's. `PeriodCell.of` takes
+        them from a design.
     level : name of a mesh level, or element counts of your own; by default the winding's own
         (`converged_level`), on which free bending is near its limit. ``coarse`` takes a fifth of the time.
     end_compliance : elongation of the silicone along the core per newton of the core's pull on the closed
@@ -167,11 +170,12 @@ class PeriodCell:
         geometry: ActuatorGeometry | None = None,
         winding: Winding | None = None,
         level: str | MeshLevel | None = None,
-        material: Ogden | None = None,
+        material: Material | None = None,
         thread: Thread | None = None,
         end_compliance: float = 0.0,
         solver: SymmetricSolver | None = None,
         options: SolverOptions | None = None,
+        core: Core | None = None,
     ) -> None:
         if not (np.isfinite(end_compliance) and end_compliance >= 0.0):
             raise ValueError(
@@ -184,6 +188,7 @@ class PeriodCell:
         self.level = named if isinstance(named, MeshLevel) else mesh_level(named)
         self.material = material or Ogden()
         self.thread = thread or Thread()
+        self.core = core or Core()
         self.end_compliance = end_compliance
         self.equations = CellEquations(
             self.geometry,
@@ -192,12 +197,43 @@ class PeriodCell:
             self.thread,
             self.level,
             self.geometry.body_length / end_compliance if end_compliance > 0.0 else None,
+            self.core,
         )
         self._problem = CellProblem(self.equations)
         self._solver = solver or default_solver(definite=True, single=True)
         self.options = options or SolverOptions()
         self._rest: CellEquilibrium | None = None
         self._rest_energy = 0.0
+
+    @classmethod
+    def of(
+        cls,
+        design: Design,
+        level: str | MeshLevel | None = None,
+        end_compliance: float | None = None,
+        solver: SymmetricSolver | None = None,
+        options: SolverOptions | None = None,
+    ) -> "PeriodCell":
+        """Return the cell of a design.
+
+        Parameters
+        ----------
+        design : actuator.
+        level, solver, options : see `PeriodCell`.
+        end_compliance : see `PeriodCell`; by default that of the design, or rigid ends where it has none.
+        """
+        own = design.end_compliance or 0.0
+        return cls(
+            geometry=design.geometry,
+            winding=design.winding,
+            level=level,
+            material=design.material,
+            thread=design.thread,
+            end_compliance=own if end_compliance is None else end_compliance,
+            solver=solver,
+            options=options,
+            core=design.core,
+        )
 
     @property
     def elements(self) -> int:

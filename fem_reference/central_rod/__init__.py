@@ -8,6 +8,5 @@ from fem_reference.central_rod.barrier import barrier as barrier
 from fem_reference.central_rod.bond import CoreBond as CoreBond
 from fem_reference.central_rod.contact import CoreContact as CoreContact
 from fem_reference.central_rod.rod_coordinates import CoreCoordinates as CoreCoordinates
-from fem_reference.central_rod.spline_rod import ROD_YOUNG_MODULUS as ROD_YOUNG_MODULUS
 from fem_reference.central_rod.spline_rod import CoreSpline as CoreSpline
 from fem_reference.central_rod.spline_rod import SplineBasis as SplineBasis

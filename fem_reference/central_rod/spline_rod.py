@@ -19,10 +19,6 @@ DEGREE = 3
 AXIAL_STIFFNESS = 1e5
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 
-# Young's modulus [MPa] for the rod's bending stiffness E π r⁴/4; the paper's embedded beam fixes only the
-# rod's length.
-ROD_YOUNG_MODULUS = 5.0
-
 
 class SplineBasis:
     """Cubic B-splines with uniform knots on [0, length].

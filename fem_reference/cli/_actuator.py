@@ -4,11 +4,11 @@ import argparse
 import json
 import math
 import sys
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from fem_reference.actuator import BONDS, DENSITY, Actuator, ActuatorError, ActuatorLoad, ActuatorState
+from fem_reference.actuator import Actuator, ActuatorError, ActuatorLoad, ActuatorState
 from fem_reference.cli._arguments import (
     GOOD,
     NO_CONVERGENCE,
@@ -16,15 +16,15 @@ from fem_reference.cli._arguments import (
     InputError,
     add_actuator,
     check_writable,
+    design_of,
     numbers,
     optional,
-    read_geometry,
-    read_winding,
     with_flags,
     writing,
 )
 from fem_reference.cli._progress import track_actuator
-from fem_reference.geometry import Thread
+from fem_reference.design import BONDS, Design
+from fem_reference.geometry import Core
 from fem_reference.io import (
     ActuatorRun,
     ActuatorSeries,
@@ -34,6 +34,7 @@ from fem_reference.io import (
     state_record,
     write_actuator_vtk,
 )
+from fem_reference.materials import Ogden
 
 _STEP_KPA = 5.0
 
@@ -49,18 +50,17 @@ def add_command(commands: Any) -> None:
     add("--tip-moment-nmm", nargs="+", metavar="M", help="MX MY MZ: on the cap's outer face [N mm]")
     add("--follower", action="store_true", help="tip force and moment turn with the cap")
     add("--gravity", nargs="+", metavar="G", help="GX GY GZ: acceleration [m/s²], (0, 0, -9.81) if upright")
-    add("--density-kg-per-m3", nargs="+", default=[str(DENSITY)], metavar="D", help="(default: %(default)s)")
+    add("--density-kg-per-m3", nargs="+", metavar="D", help="(default: 1070, or the design's)")
     add(
         "--bonded",
-        default="cap",
-        help=f"cavity bonded to the rod in: {', '.join(BONDS)} (default: %(default)s)",
+        help=f"cavity bonded to the rod in: {', '.join(BONDS)} (default: cap, or the design's)",
     )
     add(
         "--slack-share",
         nargs="+",
-        default=["1"],
         metavar="S",
-        help="thread stiffness in compression over that in tension; 1e-4 for a yarn (default: 1)",
+        help="thread stiffness in compression over that in tension; 1e-4 for a yarn (default: 1, or the "
+        "design's)",
     )
     add(
         "--symmetric",
@@ -83,19 +83,10 @@ def _actuator(options: argparse.Namespace) -> int:
         check_writable("--vtk", Path(options.vtk), (".vtu", ".vtk", ".pvd"))
     if options.plot is not None:
         check_writable("--plot", Path(options.plot), PICTURES)
-    density = numbers("--density-kg-per-m3", options.density_kg_per_m3, 1, "kg/m³")[0]
     try:
-        winding = read_winding(options)
+        design = _design(options)
         loads = _ramp(_load(options))
-        actuator = Actuator(
-            read_geometry(options),
-            winding,
-            options.elements,
-            thread=Thread(slack_share=numbers("--slack-share", options.slack_share, 1, "-")[0]),
-            density=density,
-            bonded=options.bonded,
-            symmetric=options.symmetric,
-        )
+        actuator = Actuator.of(design, options.elements, options.symmetric)
         actuator.refuse(loads[-1])
         states, start, done = actuator.follow(loads), None, 0
         if options.run is not None:
@@ -152,6 +143,19 @@ def _actuator(options: argparse.Namespace) -> int:
     return status
 
 
+def _design(options: argparse.Namespace) -> Design:
+    own = design_of(options)
+    changed: dict[str, Any] = {}
+    if options.density_kg_per_m3 is not None:
+        changed["density"] = numbers("--density-kg-per-m3", options.density_kg_per_m3, 1, "kg/m³")[0]
+    if options.slack_share is not None:
+        (share,) = numbers("--slack-share", options.slack_share, 1, "-")
+        changed["thread"] = replace(own.thread, slack_share=share)
+    if options.bonded is not None:
+        changed["bonded"] = options.bonded
+    return replace(own, **changed)
+
+
 def _load(options: argparse.Namespace) -> ActuatorLoad:
     def triple(values: list[float] | None, unit: float) -> tuple[float, float, float]:
         first, second, third = values or (0.0, 0.0, 0.0)
@@ -189,6 +193,14 @@ def _description(actuator: Actuator, loads: list[ActuatorLoad]) -> dict[str, Any
     """Return everything that a run's results depend on."""
     model = asdict(actuator.model)
     model["winding"] = {"name": actuator.model.winding.name, **model["winding"]}
+    law = actuator.model.material
+    if not isinstance(law, Ogden):
+        model["material"] = {"law": type(law).__name__, **model["material"]}
+    # Earlier runs have no core and no range of stretch, and are still those of these defaults.
+    if actuator.model.core == Core():
+        del model["core"]
+    if law.stretch_range is None:
+        del model["material"]["stretch_range"]
     return {"model": model, "loads": [load_record(load) for load in loads]}
 
 

@@ -6,10 +6,12 @@ import math
 import os
 import re
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
 
-from fem_reference.geometry import LAYOUTS, ActuatorGeometry, Winding, layout
+from fem_reference.design import Design, read_design
+from fem_reference.geometry import LAYOUTS, ActuatorGeometry, Ring, Winding, layout
 from fem_reference.mesh import LEVELS
 
 GOOD, BAD_INPUT, NO_CONVERGENCE = 0, 2, 3
@@ -39,14 +41,19 @@ class Parser(argparse.ArgumentParser):
 
 
 def add_actuator(add: Callable[..., Any], elements: str | None) -> None:
-    """Add the flags of the actuator: winding, walls, mesh, pressures.
+    """Add the flags of the actuator: design, winding, walls, mesh, pressures.
 
     ``elements`` is the default mesh level; None for that of the winding (`converged_level`).
     """
     told = elements or "fine, and finer for rings"
-    add("--layout", default="double-helix", help=f"winding: {', '.join(LAYOUTS)} (default: %(default)s)")
-    add("--psi-deg", nargs="+", default=["0"], metavar="PSI", help="winding orientation [deg] (default: 0)")
-    add("--pitch-mm", nargs="+", default=["3"], metavar="P", help="winding pitch [mm] (default: 3)")
+    add(
+        "--design",
+        metavar="FILE",
+        help="design file, which other options change (default: the paper's actuator)",
+    )
+    add("--layout", help=f"winding: {', '.join(LAYOUTS)} (default: double-helix, or the design's)")
+    add("--psi-deg", nargs="+", metavar="PSI", help="winding orientation [deg] (default: 0, or the design's)")
+    add("--pitch-mm", nargs="+", metavar="P", help="winding pitch [mm] (default: 3, or the design's)")
     add("--spacing-mm", nargs="+", metavar="S", help="distance of rings [mm] (default: half the pitch)")
     add("--pressure-kpa", nargs="+", default=[], metavar="P", help="P1 P2 P3: gauge pressures [kPa]")
     add("--elements", default=elements, help=f"mesh level: {', '.join(LEVELS)} (default: {told})")
@@ -55,32 +62,52 @@ def add_actuator(add: Callable[..., Any], elements: str | None) -> None:
     add(
         "--outer-wall-variation",
         nargs="+",
-        default=["0", "0", "0"],
         metavar="V",
         help="V1 V2 V3: relative excess thickness of the outer wall at each chamber (default: 0 0 0)",
     )
 
 
-def read_winding(options: argparse.Namespace) -> Winding:
-    """Return the winding of the flags; raise a ValueError if it is impossible."""
-    (psi_deg,) = numbers("--psi-deg", options.psi_deg, 1, "deg")
-    psi = math.radians(psi_deg if abs(psi_deg) <= 360.0 else math.remainder(psi_deg, 360.0))
-    pitch = 1e-3 * numbers("--pitch-mm", options.pitch_mm, 1, "mm")[0]
+def design_of(options: argparse.Namespace) -> Design:
+    """Return the design of the file, or else the paper's, with what the other flags change.
+
+    Raises
+    ------
+    ValueError
+        For a file or a change that is impossible.
+    """
+    own = Design() if options.design is None else read_design(options.design)
+    return replace(own, geometry=_geometry(options, own.geometry), winding=_winding(options, own.winding))
+
+
+def _winding(options: argparse.Namespace, own: Winding) -> Winding:
+    flags = (options.layout, options.psi_deg, options.pitch_mm, options.spacing_mm)
+    if all(flag is None for flag in flags):
+        return own
+    psi = getattr(own, "psi", 0.0)
+    if options.psi_deg is not None:
+        (psi_deg,) = numbers("--psi-deg", options.psi_deg, 1, "deg")
+        psi = math.radians(psi_deg if abs(psi_deg) <= 360.0 else math.remainder(psi_deg, 360.0))
+    # Rings half a pitch apart need the thread of a double helix.
+    pitch = 2.0 * own.spacing if isinstance(own, Ring) else getattr(own, "pitch", own.period)
+    if options.pitch_mm is not None:
+        pitch = 1e-3 * numbers("--pitch-mm", options.pitch_mm, 1, "mm")[0]
     spacing = None
     if options.spacing_mm is not None:
         spacing = 1e-3 * numbers("--spacing-mm", options.spacing_mm, 1, "mm")[0]
-    return layout(options.layout, psi, pitch, spacing)
+    return layout(options.layout or own.name, psi, pitch, spacing)
 
 
-def read_geometry(options: argparse.Namespace) -> ActuatorGeometry:
-    """Return the geometry of the flags; raise a ValueError if it is impossible."""
-    walls = {
+def _geometry(options: argparse.Namespace, own: ActuatorGeometry) -> ActuatorGeometry:
+    changed: dict[str, Any] = {
         name: 1e-3 * numbers(flag, getattr(options, f"{name}_mm"), 1, "mm")[0]
         for flag, name in _WALLS.items()
         if getattr(options, f"{name}_mm") is not None
     }
-    first, second, third = numbers("--outer-wall-variation", options.outer_wall_variation, 3, "-")
-    return ActuatorGeometry(**walls, outer_wall_variation=(first, second, third))
+    if options.outer_wall_variation is not None:
+        changed["outer_wall_variation"] = tuple(
+            numbers("--outer-wall-variation", options.outer_wall_variation, 3, "-")
+        )
+    return replace(own, **changed)
 
 
 def numbers(flag: str, given: Sequence[str], count: int, unit: str) -> list[float]:

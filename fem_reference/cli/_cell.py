@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from fem_reference.cell import CellError, CellState, Load, PeriodCell, follow
+from fem_reference.cell import CellError, CellState, Load, PeriodCell, follow, stretch_beyond_tests
 from fem_reference.cli._arguments import (
     GOOD,
     NO_CONVERGENCE,
@@ -15,10 +15,9 @@ from fem_reference.cli._arguments import (
     InputError,
     add_actuator,
     check_writable,
+    design_of,
     numbers,
     optional,
-    read_geometry,
-    read_winding,
     with_flags,
     writing,
 )
@@ -42,9 +41,9 @@ def add_command(commands: Any) -> None:
     add(
         "--end-compliance-mm-per-n",
         nargs="+",
-        default=["0"],
         metavar="C",
-        help="compliance of the actuator's ends against sliding of the silicone along the rod (default: 0)",
+        help="compliance of the actuator's ends against sliding of the silicone along the rod (default: 0, "
+        "or the design's)",
     )
     add("--json", action="store_true", help="print one JSON object and nothing else")
     add("--vtk", metavar="FILE", help="write the deformed cell and its winding for ParaView (.vtu, .vtk)")
@@ -60,15 +59,17 @@ def _cell(options: argparse.Namespace) -> int:
     pressure = numbers("--pressure-kpa", options.pressure_kpa, 3, "kPa")
     moment = optional("--moment-nmm", options.moment_nmm, "N mm")
     curvature = optional("--curvature-per-m", options.curvature_per_m, "1/m")
-    (compliance,) = numbers("--end-compliance-mm-per-n", options.end_compliance_mm_per_n, 1, "mm/N")
+    compliance = None
+    if options.end_compliance_mm_per_n is not None:
+        given = numbers("--end-compliance-mm-per-n", options.end_compliance_mm_per_n, 1, "mm/N")
+        compliance = 1e-3 * given[0]
     if options.vtk is not None:
         check_writable("--vtk", Path(options.vtk))
     if options.plot is not None:
         check_writable("--plot", Path(options.plot), PICTURES)
     try:
-        winding = read_winding(options)
         loads = _ramp(pressure, moment, curvature, 1 if options.plot is None else _PLOTTED_STEPS)
-        cell = PeriodCell(read_geometry(options), winding, options.elements, end_compliance=1e-3 * compliance)
+        cell = PeriodCell.of(design_of(options), options.elements, compliance)
         cell.refuse(loads[-1])
     except ValueError as error:
         raise InputError(with_flags(str(error))) from error
@@ -87,7 +88,11 @@ def _cell(options: argparse.Namespace) -> int:
         return status
     state = found[-1]
     record = _record(cell, state, status == GOOD)
-    print(json.dumps(record) if options.json else _text(record))
+    length = 1e3 * cell.geometry.body_length
+    print(json.dumps(record) if options.json else _text(record, length))
+    beyond = stretch_beyond_tests(cell, state)
+    if beyond is not None:
+        print(f"rodmodel-fem: the state has {beyond}", file=sys.stderr)
     if options.vtk is not None:
         with writing("--vtk", options.vtk):
             write_vtk(cell, state, options.vtk)
@@ -137,7 +142,9 @@ def _record(cell: PeriodCell, state: CellState, converged: bool) -> dict[str, An
     }
 
 
-def _text(record: dict[str, Any]) -> str:
+def _text(record: dict[str, Any], length: float) -> str:
+    """Return the record for people; ``length`` is the body's [mm]."""
+
     def row(values: list[float], form: str = "{:.4g}") -> str:
         return "  ".join(form.format(value) for value in values)
 
@@ -147,12 +154,12 @@ def _text(record: dict[str, Any]) -> str:
     return "\n".join(
         [
             f"pressures          {row(record['pressure_kpa'])} kPa ({stable})",
-            f"bending angle      {record['bending_angle_deg']:.3f} deg over 60 mm, uniformly bent",
+            f"bending angle      {record['bending_angle_deg']:.3f} deg over {length:g} mm, uniformly bent",
             f"bending plane      {record['bending_plane_deg']:.2f} deg",
             f"curvature          {row(record['curvature_per_m'])} 1/m",
             f"moment             {row(record['moment_nmm'])} N mm",
             f"stretch            {record['stretch']:.5f} along the rod",
-            f"chamber volumes    {row(record['chamber_volume_mm3'], '{:.1f}')} mm³ over 60 mm",
+            f"chamber volumes    {row(record['chamber_volume_mm3'], '{:.1f}')} mm³ over {length:g} mm",
             f"mesh               {record['elements']} hexahedra, {record['unknowns']} unknowns",
         ]
     )

@@ -21,7 +21,6 @@ from fem_reference.elements.force_group import SolidGroup as SolidGroup
 from fem_reference.elements.force_group import StiffGroup as StiffGroup
 from fem_reference.elements.force_group import ThreadGroup as ThreadGroup
 from fem_reference.elements.force_group import lengthening as lengthening
-from fem_reference.elements.ogden import Ogden as Ogden
 from fem_reference.elements.solid import SolidElements as SolidElements
 from fem_reference.elements.thread import ThreadSegments as ThreadSegments
 from fem_reference.elements.thread_bending import ThreadBending as ThreadBending

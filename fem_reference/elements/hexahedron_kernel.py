@@ -13,15 +13,12 @@ import jax.numpy as jnp
 from jax import Array
 from jaxtyping import ArrayLike, Float
 
-from fem_reference.elements.ogden import (
+from fem_reference.materials import (
     BLOCKS,
     DyadModuli,
-    Moduli,
+    Isochoric,
     dot,
     half_turned,
-    isochoric_energy,
-    isochoric_response,
-    isochoric_stress,
     pressure_moduli,
     principal,
     stored,
@@ -43,7 +40,7 @@ class ElementChunk(NamedTuple):
 
 def response(
     chunk: ElementChunk,
-    moduli: Moduli,
+    law: Isochoric,
     bulk_modulus: Array,
     local: Float[ArrayLike, "nodes 3 elements"],
     pressure: Float[ArrayLike, "modes elements"] | None,
@@ -57,11 +54,11 @@ def response(
 
     Parameters
     ----------
-    chunk, moduli, bulk_modulus : elements and their material.
+    chunk, law, bulk_modulus : elements and their material.
     local : positions of each element's nodes.
     pressure : π_j in the geometric part of the tangent; κ ϑ_j if None.
     """
-    at_points = _at_points(chunk, moduli, bulk_modulus, local, pressure)
+    at_points = _at_points(chunk, law, bulk_modulus, local, pressure)
     force, volume_gradient, turned, tangent, constitutive = at_points
     blocks = _integrated(turned, tangent)
     return force, volume_gradient, _condensed(chunk, bulk_modulus, volume_gradient, blocks), constitutive
@@ -70,7 +67,7 @@ def response(
 # The stages are compiled separately: in one program XLA would recompute intermediate arrays at every use.
 @jax.jit
 def _at_points(
-    chunk: ElementChunk, moduli: Moduli, bulk_modulus: Array, local: Array, pressure: Array | None
+    chunk: ElementChunk, law: Isochoric, bulk_modulus: Array, local: Array, pressure: Array | None
 ) -> tuple[
     Float[Array, "nodes 3 elements"],
     Float[Array, "modes nodes 3 elements"],
@@ -82,7 +79,7 @@ def _at_points(
     F = stored(_deformation_gradient(chunk, local))
     at, growth = stored((principal(F), _growth(F)))
     constitutive = bulk_modulus * _mean(chunk, growth)
-    stress, dyads = isochoric_response(moduli, at)
+    stress, dyads = law.response(at)
     kept = constitutive if pressure is None else pressure
     volumetric = pressure_moduli(at, 1.0 + growth, (chunk.modes * kept[:, None]).sum(axis=0))
     alone, across, crossed = dyads.alone, dyads.across + volumetric, dyads.crossed - volumetric
@@ -111,26 +108,26 @@ def _condensed(
 
 @jax.jit
 def force(
-    chunk: ElementChunk, moduli: Moduli, bulk_modulus: Array, local: Float[Array, "nodes 3 elements"]
+    chunk: ElementChunk, law: Isochoric, bulk_modulus: Array, local: Float[Array, "nodes 3 elements"]
 ) -> tuple[Float[Array, "nodes 3 elements"], Float[Array, "modes elements"]]:
     """Return only the forces and κ ϑ_j of `response`."""
     F = stored(_deformation_gradient(chunk, local))
     at, growth = stored((principal(F), _growth(F)))
     constitutive = bulk_modulus * _mean(chunk, growth)
     pressure = (chunk.modes * constitutive[:, None]).sum(axis=0)
-    stress = isochoric_stress(moduli, at) + pressure * (1.0 + growth) / at.stretch
+    stress = law.stress(at) + pressure * (1.0 + growth) / at.stretch
     force = _pull(stored(_turned(chunk, at.before)), at.after * (chunk.weights * stress))
     return force, constitutive
 
 
 @jax.jit
 def energy(
-    chunk: ElementChunk, moduli: Moduli, bulk_modulus: Array, local: Float[Array, "nodes 3 elements"]
+    chunk: ElementChunk, law: Isochoric, bulk_modulus: Array, local: Float[Array, "nodes 3 elements"]
 ) -> Float[Array, " elements"]:
     """Return the strain energy of each element."""
     F = _deformation_gradient(chunk, local)
     at, squares = principal(F), (_mean(chunk, _growth(F)) ** 2).sum(axis=0)
-    isochoric = (chunk.weights * isochoric_energy(moduli, at)).sum(axis=0)
+    isochoric = (chunk.weights * law.energy(at)).sum(axis=0)
     return isochoric + 0.5 * bulk_modulus * chunk.volume * squares
 
 

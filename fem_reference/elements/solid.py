@@ -28,7 +28,7 @@ from jaxtyping import Float
 
 from fem_reference.elements import hexahedron_kernel
 from fem_reference.elements.hexahedron_kernel import ElementChunk
-from fem_reference.elements.ogden import Moduli, Ogden
+from fem_reference.materials import Material
 from fem_reference.mesh import BodyMesh, MirrorPairs, reference_element
 
 _MPA = 1e6
@@ -47,12 +47,12 @@ class SolidElements:
     Parameters
     ----------
     mesh : hexahedra [mm], linear or quadratic.
-    material : Ogden solid.
+    material : of all hexahedra.
     halves : mirror pairs of hexahedra. Only the kept ones are computed, each weighted by the number that it
         stands for; by default all are.
     """
 
-    def __init__(self, mesh: BodyMesh, material: Ogden, halves: MirrorPairs | None = None) -> None:
+    def __init__(self, mesh: BodyMesh, material: Material, halves: MirrorPairs | None = None) -> None:
         reference = reference_element(mesh.order)
         self.material = material
         self.connectivity = mesh.elements if halves is None else mesh.elements[halves.kept]
@@ -78,10 +78,7 @@ class SolidElements:
         members = [np.minimum(np.arange(start, start + size), len(corner) - 1) for start in self._starts]
         self._members = [self.connectivity[chosen] for chosen in members]
         with jax.enable_x64(True):
-            self._constants = (
-                Moduli(jnp.asarray(np.divide(material.shear_moduli, _MPA)), jnp.asarray(material.exponents)),
-                jnp.asarray(self.bulk_modulus),
-            )
+            self._constants = (material.isochoric(_MPA), jnp.asarray(self.bulk_modulus))
             self._chunks = [
                 ElementChunk(
                     gradients=jnp.asarray(np.ascontiguousarray(gradients[chosen].transpose(2, 3, 1, 0))),
@@ -107,6 +104,12 @@ class SolidElements:
 
         self._in_chunks(fill, positions)
         return result
+
+    def extreme_stretches(self, positions: Float[np.ndarray, "nodes 3"]) -> tuple[float, float]:
+        """Return the least and the largest principal stretch at all Gauss points."""
+        F = self.deformation_gradient(positions)
+        squared = np.linalg.eigvalsh(np.swapaxes(F, -1, -2) @ F)
+        return float(np.sqrt(squared[..., 0].min())), float(np.sqrt(squared[..., 2].max()))
 
     def dilatation(self, positions: Float[np.ndarray, "nodes 3"]) -> Float[np.ndarray, "elements modes"]:
         """Return ϑ_j of every element; the first is the mean of det F − 1."""

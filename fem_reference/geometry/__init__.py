@@ -1,12 +1,16 @@
 """Dimensions and windings of the actuator, and which values are plausible."""
 
+from fem_reference.geometry.core import Core as Core
 from fem_reference.geometry.dimensions import ActuatorGeometry as ActuatorGeometry
 from fem_reference.geometry.dimensions import as_vector as as_vector
 from fem_reference.geometry.plausible import BULK_TO_SHEAR as BULK_TO_SHEAR
 from fem_reference.geometry.plausible import CURVATURE_SHARE as CURVATURE_SHARE
 from fem_reference.geometry.plausible import MOMENT_SHARE as MOMENT_SHARE
+from fem_reference.geometry.plausible import PLAUSIBLE as PLAUSIBLE
 from fem_reference.geometry.plausible import refuse_implausible as refuse_implausible
 from fem_reference.geometry.plausible import refuse_load_beyond as refuse_load_beyond
+from fem_reference.geometry.thread_library import THREADS as THREADS
+from fem_reference.geometry.winding import COUPLINGS as COUPLINGS
 from fem_reference.geometry.winding import LAYOUTS as LAYOUTS
 from fem_reference.geometry.winding import DoubleHelix as DoubleHelix
 from fem_reference.geometry.winding import NoWinding as NoWinding

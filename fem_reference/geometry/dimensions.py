@@ -109,6 +109,12 @@ class ActuatorGeometry:
         """Cross-section of a chamber for an even outer wall [m²]."""
         return self._area_within(self.chamber_outer_radius)
 
+    @property
+    def chamber_areas(self) -> tuple[float, float, float]:
+        """Cross-section of each chamber [m²]."""
+        first, second, third = map(self._area_within, self.chamber_outer_radii)
+        return first, second, third
+
     def _area_within(self, outer_radius: float) -> float:
         """Cross-section of a chamber whose outer arc has this radius [m²], in closed form."""
 
@@ -125,7 +131,7 @@ class ActuatorGeometry:
     def body_area(self) -> float:
         """Cross-section of the silicone [m²]: the tube less cavity and chambers."""
         ring = math.pi / 4.0 * (self.body_diameter**2 - self.cavity_diameter**2)
-        return ring - sum(map(self._area_within, self.chamber_outer_radii))
+        return ring - sum(self.chamber_areas)
 
 
 def as_vector(name: str, value: object, unit: str) -> np.ndarray:

@@ -40,6 +40,7 @@ PLAUSIBLE: Mapping[str, Range] = {
     "radius": Range(1e-6, 0.01, "m", if_more="millimetres"),
     "young_modulus": Range(1e5, 1e13, "Pa", if_less="megapascals"),
     "shear_moduli": Range(100.0, 1e9, "Pa", if_less="megapascals"),
+    "constants": Range(100.0, 1e9, "Pa", if_less="megapascals"),
     "bulk_modulus": Range(1e3, 1e12, "Pa", if_less="megapascals"),
     "density": Range(50.0, 3e4, "kg/m³", if_less="g/cm³"),
     "end_compliance": Range(0.0, 0.05, "m/N", if_more="mm/N"),

@@ -85,7 +85,8 @@ def felupes(mesh: BodyMesh) -> Callable[[], object]:
         mu=[m / 1e6 for m in material.shear_moduli],
         alpha=list(material.exponents),
     )
-    solid = felupe.SolidBodyNearlyIncompressible(ogden, field, bulk=material.bulk_modulus / 1e6)
+    bulk = SolidElements(mesh, material).bulk_modulus
+    solid = felupe.SolidBodyNearlyIncompressible(ogden, field, bulk=bulk)
     field[0].values[:] = x - mesh.points
 
     def assemble() -> object:

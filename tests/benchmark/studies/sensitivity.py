@@ -41,12 +41,13 @@ Angles = Callable[[Sequence[float]], Iterator[Found]]  # at pressures [kPa]
 def assumptions() -> Iterator[tuple[str, dict]]:
     """Name, and the arguments that differ from the default's, of cell and actuator."""
     thread, material = Thread(), Ogden()
+    bulk_modulus = 100e6  # the default's [Pa]
     yield "default", {}
     for factor in (0.1, 10.0):
         stiff = dataclasses.replace(thread, young_modulus=factor * thread.young_modulus)
         yield f"thread's E times {factor:g}", {"thread": stiff}
     for factor in (0.1, 10.0):
-        bulky = dataclasses.replace(material, bulk_modulus=factor * material.bulk_modulus)
+        bulky = dataclasses.replace(material, bulk_modulus=factor * bulk_modulus)
         yield f"bulk modulus times {factor:g}", {"material": bulky}
     yield "thread coupled on its axis", {"thread": Thread(coupling="axis")}
     yield "thread that goes slack in compression", {"thread": SLACK}

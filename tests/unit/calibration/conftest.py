@@ -20,12 +20,12 @@ def run_directory(tmp_path_factory):
     from calibration.sweep import RunPlan, build_dataset, open_run, save_dataset
     from calibration.sweep.path_file import PathWriter, read_path
     from calibration.sweep.tracing import trace_path
-    from fem_reference import ActuatorGeometry, DoubleHelix
+    from fem_reference import Design
     from rodmodel import Domain
 
     directory = tmp_path_factory.mktemp("run")
     domain = Domain((70e3, 50e3, 50e3), 100e3, 2e-3)
-    plan = RunPlan(ActuatorGeometry(), DoubleHelix(), "coarse", domain, PATHS, seed=0)
+    plan = RunPlan(Design(), "coarse", domain, PATHS, seed=0)
     description = open_run(directory, plan, "rodmodel-calibrate run", {"bulk_modulus": 1e8})
     trace = ManufacturedTracer()()
     paths = plan.design()

@@ -122,7 +122,7 @@ def test_fit_writes_a_calibration_that_a_rod_can_use(calibrated, run_directory):
     calibration = rodmodel.read_calibration(calibrated)
     assert calibration.layout == rodmodel.Layout("double-helix", 0.0, 3e-3)
     assert calibration.domain == rodmodel.Domain((70e3, 50e3, 50e3), 100e3, 2e-3)
-    assert calibration.angle_error == calibration.error["free_bending_angle_rad"]["p90"]
+    assert calibration.error_bound.angle == (calibration.error["free_bending_angle_rad"]["p90"],)
     assert 0.05 < calibration.actuator.mass_per_length < 0.1  # 63 mm² of silicone and the rod
     provenance = calibration.provenance
     assert provenance["run_command"] == "rodmodel-calibrate run"

@@ -20,14 +20,12 @@ from calibration.sweep import (
 )
 from calibration.sweep.dataset import VARIABLES
 from calibration.sweep.path_file import PathRecord
-from fem_reference import ActuatorGeometry, DoubleHelix
+from fem_reference import Design
 from rodmodel import Domain
 from tests.faults import full_disk, killed_at_every_write
 from tests.fem_fixtures import TINY
 
-PLAN = RunPlan(
-    ActuatorGeometry(), DoubleHelix(), "coarse", Domain((70e3, 50e3, 50e3), 100e3, 2e-3), 1, seed=0
-)
+PLAN = RunPlan(Design(), "coarse", Domain((70e3, 50e3, 50e3), 100e3, 2e-3), 1, seed=0)
 
 
 def test_every_variable_has_a_unit_and_a_meaning(dataset):

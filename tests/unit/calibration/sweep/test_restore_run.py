@@ -8,12 +8,10 @@ import xarray as xr
 from calibration.sweep import RunError, RunPlan, build_dataset, open_run, run_sweep
 from calibration.sweep.path_file import path_file, read_path
 from calibration.sweep.restore_run import restore_run
-from fem_reference import ActuatorGeometry, DoubleHelix
+from fem_reference import Design
 from rodmodel import Domain
 
-PLAN = RunPlan(
-    ActuatorGeometry(), DoubleHelix(), "coarse", Domain((70e3, 50e3, 50e3), 100e3, 2e-3), 40, seed=0
-)
+PLAN = RunPlan(Design(), "coarse", Domain((70e3, 50e3, 50e3), 100e3, 2e-3), 40, seed=0)
 MATERIAL = {"bulk_modulus": 1e8}
 
 

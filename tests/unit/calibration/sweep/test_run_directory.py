@@ -6,12 +6,12 @@ from dataclasses import asdict, replace
 import pytest
 
 from calibration.sweep import CellTracer, RunError, RunPlan, open_run
-from fem_reference import LEVELS, ActuatorGeometry, DoubleHelix, Load
+from fem_reference import LEVELS, ActuatorGeometry, Design, Load
 from rodmodel import Domain
 from tests.faults import full_disk, killed_at_every_write
 from tests.fem_fixtures import TINY
 
-PLAN = RunPlan(ActuatorGeometry(), DoubleHelix(), "coarse", Domain((6e4, 5e4, 5e4), 9e4, 2e-3), 10, seed=0)
+PLAN = RunPlan(Design(), "coarse", Domain((6e4, 5e4, 5e4), 9e4, 2e-3), 10, seed=0)
 
 
 def test_a_run_with_more_paths_adds_its_command_and_one_that_is_taken_up_does_not(tmp_path):
@@ -31,7 +31,7 @@ def test_a_run_that_is_taken_up_by_other_code_says_so(tmp_path, monkeypatch):
 
 def test_a_section_without_symmetry_has_no_plan():
     with pytest.raises(ValueError, match=r"^geometry: got an outer_wall_variation of \(0.1, 0.0, 0.0\)"):
-        replace(PLAN, geometry=ActuatorGeometry(outer_wall_variation=(0.1, 0.0, 0.0)))
+        replace(PLAN, actuator=Design(geometry=ActuatorGeometry(outer_wall_variation=(0.1, 0.0, 0.0))))
 
 
 def test_a_run_of_another_plan_is_refused(tmp_path):
@@ -62,7 +62,7 @@ def test_a_mesh_without_a_name_is_refused_before_anything_is_written(tmp_path):
 
 
 def test_a_cell_is_built_on_a_mesh_of_ones_own():
-    trace = CellTracer(PLAN.geometry, PLAN.winding, TINY)()
+    trace = CellTracer(PLAN.actuator, TINY)()
     (state,) = trace([Load((1e3, 0.0, 0.0))], None)
     assert state.curvature[1] < 0.0
 

@@ -6,10 +6,11 @@ import meshio
 import numpy as np
 import pytest
 
-from fem_reference import LEVELS, ActuatorGeometry
+from fem_reference import LEVELS, ActuatorGeometry, Design, design_text
 from fem_reference.cli import main
 from tests.fem_fixtures import TINY
 
+KPA_8 = ["--pressure-kpa", "8", "0", "0"]
 QUICK = ["cell", "--elements", "coarse", "--pressure-kpa", "4", "1", "0"]
 
 
@@ -152,12 +153,11 @@ def test_a_plane_of_symmetry_that_is_not_there_is_refused(arguments, came, tiny,
     assert "expected" in line
 
 
-def test_the_actuator_writes_every_load_step_as_a_series(tiny, tmp_path, capsys, monkeypatch):
-    """On a short body of few elements, which the command's flags do not offer."""
-    short = ActuatorGeometry(body_length=3e-3, cap_length=2e-3)
-    monkeypatch.setattr("fem_reference.cli._actuator.read_geometry", lambda options: short)
-    file = tmp_path / "path.pvd"
-    assert main(["actuator", "--pressure-kpa", "8", "0", "0", "--json", "--vtk", str(file)]) == 0
+def test_the_actuator_writes_every_load_step_as_a_series(tiny, tmp_path, capsys):
+    """On a short body of few elements."""
+    short, file = tmp_path / "short.toml", tmp_path / "path.pvd"
+    short.write_text(design_text(Design(geometry=ActuatorGeometry(body_length=3e-3, cap_length=2e-3))))
+    assert main(["actuator", "--design", str(short), *KPA_8, "--json", "--vtk", str(file)]) == 0
     record = json.loads(capsys.readouterr().out)
     assert record["converged"]
     parts = sorted(tmp_path.glob("path_*.vtu"))

@@ -148,7 +148,8 @@ def test_six_helices_bend_less_than_a_double_helix_once_the_walls_press():
     angles = []
     for winding in (DoubleHelix(), SixHelix()):
         states = follow(
-            PeriodCell(winding=winding, level="coarse"), [in_chamber(0, 1e3 * p) for p in (5, 10, 15, 20, 25, 30, 35, 40)]
+            PeriodCell(winding=winding, level="coarse"),
+            [in_chamber(0, 1e3 * p) for p in (5, 10, 15, 20, 25, 30, 35, 40)],
         )
         angles.append([abs(state.curvature[1]) for state in states])
     double, six = np.array(angles)

@@ -4,7 +4,7 @@ import jax
 import numpy as np
 import pytest
 
-from fem_reference.elements.eigen3 import symmetric_eigen
+from fem_reference.materials.eigen3 import symmetric_eigen
 from tests.fem_fixtures import TURN, points_first, points_last
 
 EPS = np.finfo(float).eps

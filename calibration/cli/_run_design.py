@@ -1,0 +1,93 @@
+"""Actuator and domain of `rodmodel-calibrate run`: those of a design file, changed by options."""
+
+import argparse
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from calibration.cli._arguments import BadInputError
+from calibration.cli._designs import read_design_file
+
+if TYPE_CHECKING:
+    from fem_reference import Design, Winding
+    from rodmodel import Domain
+
+# Domain of the paper's actuator [Pa, N m]. Similar actuators have it scaled.
+_PRESSURE, _PRESSURE_SUM, _MOMENT, _TORQUE = (60e3, 60e3, 60e3), 110e3, 6.6e-3, 3.3e-3
+
+
+def orientations(options: argparse.Namespace) -> list[float]:
+    """Return ψ [rad] of `--psi-deg`: none, one, or the least and the largest of many."""
+    return [math.radians(value) for value in options.psi_deg or ()]
+
+
+def run_actuator(options: argparse.Namespace) -> "Design":
+    """Return the design of the file, or else the paper's, with what the options change.
+
+    Its ends have the compliance that the sweep takes: that of the options, else of the design, else of the
+    paper's actuator, scaled.
+
+    Raises
+    ------
+    BadInputError
+        For a file or a change that is impossible.
+    """
+    from calibration.sweep import END_COMPLIANCE
+    from fem_reference import Design, similarity
+
+    own = Design() if options.design is None else read_design_file("--design", options.design)
+    layout = own.winding.name if options.layout is None else options.layout
+    psi = orientations(options)
+    if len(psi) > 2 or (len(psi) == 2 and not (layout == "double-helix" and psi[0] < psi[1])):
+        raise BadInputError(
+            f"--psi-deg: got {options.psi_deg} with --layout {layout}, expected one orientation, or "
+            "for a double helix the least and the largest of many"
+        )
+    compliance = own.end_compliance
+    if options.end_compliance_mm_per_n is not None:
+        compliance = 1e-3 * options.end_compliance_mm_per_n
+    elif compliance is None:
+        scale = similarity(own, Design())
+        compliance = END_COMPLIANCE / (scale.modulus * scale.length)
+    changed = any(flag is not None for flag in (options.layout, options.psi_deg, options.pitch_mm))
+    try:
+        return replace(
+            own,
+            winding=_winding(options, own, psi) if changed else own.winding,
+            end_compliance=compliance,
+            name=f"{own.name}, changed" if changed else own.name,
+        )
+    except ValueError as error:
+        raise BadInputError(f"--layout {layout}: {error}") from error
+
+
+def _winding(options: argparse.Namespace, own: "Design", psi: list[float]) -> "Winding":
+    from fem_reference import Ring, layout
+
+    winding = own.winding
+    pitch = 2.0 * winding.spacing if isinstance(winding, Ring) else getattr(winding, "pitch", winding.period)
+    return layout(
+        winding.name if options.layout is None else options.layout,
+        psi[0] if psi else getattr(winding, "psi", 0.0),
+        pitch if options.pitch_mm is None else 1e-3 * options.pitch_mm,
+    )
+
+
+def run_domain(options: argparse.Namespace, actuator: "Design") -> "Domain":
+    """Return the domain of the options; else the design's pressures; else the paper's domain, scaled."""
+    from fem_reference import Design, similarity
+    from rodmodel import Domain
+
+    scale = similarity(actuator, Design())
+    first, second, third = actuator.pressure_max or (scale.pressure * p for p in _PRESSURE)
+    total = actuator.pressure_sum_max or scale.pressure * _PRESSURE_SUM
+    moment, torque = scale.moment * _MOMENT, scale.moment * _TORQUE
+    if options.pressure_max_kpa is not None:
+        first, second, third = (1e3 * p for p in options.pressure_max_kpa)
+    if options.pressure_sum_max_kpa is not None:
+        total = 1e3 * options.pressure_sum_max_kpa
+    if options.moment_max_nmm is not None:
+        moment = 1e-3 * options.moment_max_nmm
+    if options.torque_max_nmm is not None:
+        torque = 1e-3 * options.torque_max_nmm
+    return Domain((first, second, third), total, moment, torque)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rodmodel.control import TipJacobian as TipJacobian
     from rodmodel.core import CoreRod as CoreRod
     from rodmodel.core import CoreSolution as CoreSolution
+    from rodmodel.error_bound import ErrorBound as ErrorBound
     from rodmodel.io import Calibration as Calibration
     from rodmodel.io import CalibrationFileError as CalibrationFileError
     from rodmodel.io import CalibrationNotFoundError as CalibrationNotFoundError
@@ -56,6 +57,7 @@ __all__ = [
     "CoreSolution",
     "CurvatureLaw",
     "Domain",
+    "ErrorBound",
     "FixedStep",
     "Inverse",
     "Jacobian",
@@ -100,6 +102,7 @@ _HOMES = {
         "CoreRod",
         "CoreSolution",
     ),
+    "rodmodel.error_bound": ("ErrorBound",),
     "rodmodel.io": (
         "Calibration",
         "CalibrationFileError",

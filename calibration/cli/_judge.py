@@ -30,11 +30,14 @@ def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
 
 
 def _judge(options: argparse.Namespace, command: str) -> int:
+    from calibration.report.all_layouts import coverage_rows
     from calibration.truth.compare_rods import compare_with_truth, judgement
+    from calibration.truth.error_bounds import coverage_by
 
-    found = judgement(compare_with_truth(read_truth(options.truth)), options.role)
+    verdict = compare_with_truth(read_truth(options.truth))
+    found, shares = judgement(verdict, options.role), coverage_by(verdict, options.role)
     if options.json:
-        print(json.dumps(found))
+        print(json.dumps({**found, "coverage": shares}))
         return _status(found, options)
     print(
         f"{found['judged']} of {found['states']} states of {options.role} runs are inside the rods' domains"
@@ -46,8 +49,15 @@ def _judge(options: argparse.Namespace, command: str) -> int:
             where = ", ".join(f"{p:g}" for p in row["worst_at"]["pressure_kpa"])
             numbers = " ".join(f"{row[name]:8.2f}" for name in ("median", "p95", "worst"))
             print(f"{title:32s} {numbers}   {row['worst_at']['case']}, {where} kPa")
-    if "stated_bound_share" in found:
-        print(f"within the rod's own 90 % bound: {100.0 * found['stated_bound_share']:.0f} % of angles")
+    if shares["all"]["states"]:
+        print(
+            f"\n{'within the 90 % bound, limit of fine meshes':44s} {'states':>6s} {'angle':>7s} {'tip':>7s}"
+        )
+        for name, kept in coverage_rows(shares):
+            cells = ("—" if kept[key] is None else f"{100.0 * kept[key]:.0f} %" for key in ("angle", "tip"))
+            print(f"{name:44s} {kept['states']:6d} " + " ".join(f"{cell:>7s}" for cell in cells))
+    if "median_bound_below_30_kpa_deg" in shares:
+        print(f"median bound of the angle below 30 kPa: {shares['median_bound_below_30_kpa_deg']:.2f} deg")
     return _status(found, options)
 
 

@@ -3,6 +3,8 @@
 from calibration.truth.cases import TruthCase as TruthCase
 from calibration.truth.cases import cases as cases
 from calibration.truth.cases import layout_of as layout_of
+from calibration.truth.cases import same_layout as same_layout
+from calibration.truth.cases import title as title
 from calibration.truth.compare_rods import Verdict as Verdict
 from calibration.truth.compare_rods import compare_with_truth as compare_with_truth
 from calibration.truth.compare_rods import judgement as judgement
@@ -15,3 +17,16 @@ from calibration.truth.dataset import load_truth as load_truth
 from calibration.truth.dataset import merged as merged
 from calibration.truth.dataset import trace as trace
 from calibration.truth.dataset import truth_level as truth_level
+from calibration.truth.error_bounds import BoundError as BoundError
+from calibration.truth.error_bounds import Scale as Scale
+from calibration.truth.error_bounds import bound_for as bound_for
+from calibration.truth.error_bounds import coverage as coverage
+from calibration.truth.error_bounds import coverage_by as coverage_by
+from calibration.truth.error_bounds import scales as scales
+from calibration.truth.mesh_limits import ONE_CHAMBER as ONE_CHAMBER
+from calibration.truth.mesh_limits import SHIPPED_LIMITS as SHIPPED_LIMITS
+from calibration.truth.mesh_limits import TWO_CHAMBERS as TWO_CHAMBERS
+from calibration.truth.mesh_limits import MeshLimits as MeshLimits
+from calibration.truth.mesh_limits import MeshRatio as MeshRatio
+from calibration.truth.mesh_limits import load_limits as load_limits
+from calibration.truth.mesh_limits import save_limits as save_limits

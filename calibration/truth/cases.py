@@ -161,3 +161,20 @@ def layout_of(winding: Winding) -> Layout:
     """Return name, orientation and pitch of a winding; the pitch of rings is twice their spacing."""
     pitch = getattr(winding, "pitch", None) or 2.0 * getattr(winding, "spacing", math.nan)
     return Layout(winding.name, getattr(winding, "psi", 0.0), pitch)
+
+
+def same_layout(one: Layout, other: Layout) -> bool:
+    """Return whether two layouts have the same name, pitch and ψ, or are both of all ψ."""
+    if one.name != other.name or not math.isclose(one.pitch, other.pitch):
+        return False
+    if one.psi is None or other.psi is None:
+        return one.psi is other.psi
+    return math.isclose(one.psi, other.psi, abs_tol=1e-9)
+
+
+def title(layout: Layout) -> str:
+    """Return the title of a layout, such as "double-helix, pitch 3 mm, ψ = 0°"."""
+    parts = [layout.name, f"pitch {1e3 * layout.pitch:g} mm"]
+    if layout.name == "double-helix":
+        parts.append("any ψ" if layout.psi is None else f"ψ = {math.degrees(layout.psi):g}°")
+    return ", ".join(parts)

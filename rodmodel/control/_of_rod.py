@@ -7,6 +7,7 @@ import numpy as np
 
 from rodmodel.actuator import Actuator, Domain
 from rodmodel.core import CoreRod, Handle, LawData, law_data, linear_law_data
+from rodmodel.error_bound import ErrorBound
 
 
 def core_of(rod: Any) -> CoreRod:
@@ -25,8 +26,8 @@ def core_of(rod: Any) -> CoreRod:
     if isinstance(rod, CoreRod):
         return rod
     actuator, domain = _floats(Actuator, rod.actuator), _floats(Domain, rod.domain)
-    angle_error = float(rod.angle_error)
-    return CoreRod(Handle(_law_of(rod.section), actuator, domain, angle_error), actuator, domain, angle_error)
+    bound = _floats(ErrorBound, rod.error_bound)
+    return CoreRod(Handle(_law_of(rod.section), actuator, domain, bound), actuator, domain, bound)
 
 
 def _law_of(section: Any) -> LawData:

@@ -9,6 +9,7 @@ from rodmodel.actuator import Actuator, Domain
 from rodmodel.core._law_data import LawData
 from rodmodel.core._native import ffi, lib
 from rodmodel.core._variants import VARIANTS, functions
+from rodmodel.error_bound import ErrorBound
 
 #: Fields of `rm_actuator`.
 ENDS = (
@@ -31,12 +32,20 @@ IN_PLACE = ("slope", "quadratic", "slope_by_pressure", "pressure_quadratic")
 _ALIGNMENT = 64
 
 
+def bound_numbers(error_bound: ErrorBound | float) -> dict[str, Any]:
+    """Return the numbers of `rm_error_bound` by name."""
+    bound = ErrorBound.of(error_bound).padded
+    nodes = {name: [float(x) for x in getattr(bound, name)] for name in ("pressure_sum", "angle", "tip")}
+    return {**nodes, **{name: float(getattr(bound, name)) for name in ("angle_per_moment", "tip_per_moment")}}
+
+
 class Handle:
     """A rod in the core: `rod` is its structure, `call` holds the core's functions.
 
     Parameters
     ----------
-    law, actuator, domain, angle_error : data of the rod, with the law at one orientation.
+    law, actuator, domain, error_bound : data of the rod, with the law at one orientation; a bound that is a
+        number is a constant one of θ [rad].
     variant : instruction set, one of `VARIANTS`; by default the fastest that the machine has.
 
     Raises
@@ -50,7 +59,7 @@ class Handle:
         law: LawData,
         actuator: Actuator,
         domain: Domain,
-        angle_error: float,
+        error_bound: ErrorBound | float,
         variant: str = VARIANTS[-1],
     ) -> None:
         self.call: SimpleNamespace = functions(variant)
@@ -72,7 +81,8 @@ class Handle:
         self.rod.domain.pressure_sum_max = float(domain.pressure_sum_max)
         self.rod.domain.moment_max = float(domain.moment_max)
         self.rod.domain.torque_max = float(domain.moment_axes[2])
-        self.rod.angle_error = float(angle_error)
+        for name, value in bound_numbers(error_bound).items():
+            setattr(self.rod.error_bound, name, value)
         if self.call.rm_check_rod(self.rod) != lib.RM_SUCCESSFUL:
             raise ValueError(
                 "law, actuator, domain: got a length, scale or limit that is not positive or not finite, "

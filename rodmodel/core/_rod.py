@@ -17,6 +17,7 @@ from rodmodel.core._native import ffi, lib
 from rodmodel.core._solution import CoreSolution, Result
 from rodmodel.core._structs import JACOBIAN, NODE, SOLUTION
 from rodmodel.core._variants import VARIANTS
+from rodmodel.error_bound import ErrorBound
 
 if TYPE_CHECKING:
     from rodmodel.control import Inverse, Predictor
@@ -72,23 +73,25 @@ class CoreRod:
     ----------
     actuator : dimensions and masses.
     domain : loads inside which the section was calibrated.
-    angle_error : bound on the error of the bending angle against finite elements in 90 % of states [rad].
+    error_bound : bound that the errors of 90 % of states keep.
     """
 
-    def __init__(self, handle: Handle, actuator: Actuator, domain: Domain, angle_error: float) -> None:
+    def __init__(
+        self, handle: Handle, actuator: Actuator, domain: Domain, error_bound: ErrorBound | float
+    ) -> None:
         self.handle = handle
         self.actuator = actuator
         self.domain = domain
-        self.angle_error = angle_error
+        self.error_bound = ErrorBound.of(error_bound)
 
     @classmethod
     def of(cls, found: "Found", variant: str = VARIANTS[-1]) -> "CoreRod":
         """Return the rod of a calibration that serves a layout."""
         calibration = found.calibration
         law = law_data(calibration.law, found.turns, found.mirrored, found.psi)
-        angle_error = calibration.angle_error
-        handle = Handle(law, calibration.actuator, found.domain, angle_error, variant)
-        return cls(handle, calibration.actuator, found.domain, angle_error)
+        bound = calibration.error_bound
+        handle = Handle(law, calibration.actuator, found.domain, bound, variant)
+        return cls(handle, calibration.actuator, found.domain, bound)
 
     @classmethod
     def linear(

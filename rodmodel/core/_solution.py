@@ -65,8 +65,9 @@ class CoreSolution:
     stable : whether the second variation of the energy is positive; under moments and follower forces,
         whether the loads have passed no bifurcation.
     in_domain : whether pressures, and the moment everywhere on the body, are in the calibrated domain.
-    error_estimate : bound on the error of θ against finite elements in 90 % of states [rad]; NaN outside the
-        domain.
+    error_estimate : bound of the error of θ that 90 % of states keep, at these pressures and loads [rad];
+        NaN outside the domain.
+    tip_error_estimate : likewise of the tip's distance from where it is [m]; NaN also where none is known.
     load_fraction : fraction of the loads at which this is the equilibrium.
     load_steps, shots : numbers of load steps, and of shots, integrations from base to end.
     unknown : solution of the shooting, a start for the next solve: u L at the base, then the follower force,
@@ -86,6 +87,7 @@ class CoreSolution:
         self.stable = bool(record["stable"])
         self.in_domain = bool(record["in_domain"])
         self.error_estimate = float(record["angle_error"])
+        self.tip_error_estimate = float(record["tip_error"])
         self.load_fraction = float(record["load_fraction"])
         self.load_steps, self.shots = int(record["load_steps"]), int(record["shots"])
         self.unknown: np.ndarray = record["unknown"]

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rodmodel.actuator import Actuator, Domain, Layout
+from rodmodel.error_bound import MOST_NODES, ErrorBound
 from rodmodel.io.calibration_file import Calibration
 from rodmodel.io.images import biases_at, placed_images, symmetric, turn_matrix
 from rodmodel.io.law_arrays import RidgeArrays
@@ -106,6 +107,22 @@ class Adjustment:
         bending, _, torque = (self.stiffness_scale * axis for axis in domain.moment_axes)
         return Domain((first, second, third), total, bending, torque)
 
+    def bound(self, bound: ErrorBound) -> ErrorBound:
+        """Return the map's bound over the sum of the actuator's pressures.
+
+        With the largest gain the sum inside the map is not below the true one, and the bound is safe.
+        """
+        gain, offset = float(self.pressure_gain.max()), float(self.pressure_offset.sum())
+        readings = [(total - offset) / gain for total in bound.pressure_sum]
+        nodes = [0.0, *(reading for reading in readings if reading > 0.0)][-MOST_NODES:]
+        both = [bound.at(gain * node + offset) for node in nodes]
+        return replace(
+            bound,
+            pressure_sum=tuple(nodes),
+            angle=tuple(angle for angle, _ in both),
+            tip=tuple(tip for _, tip in both) if bound.tip else (),
+        )
+
 
 def scaled_ends(actuator: Actuator, scale: Any) -> Actuator:
     """Return the ends for a scaled section of the same silicone: the stiffness of the base scales too."""
@@ -147,6 +164,7 @@ def adjusted(
         actuator=scaled_ends(of_map.actuator, adjustment.stiffness_scale),
         law=adjusted_arrays(_written_out(found), adjustment),
         domain=domain,
+        bound=None if of_map.bound is None else adjustment.bound(of_map.bound),
         error={**of_map.error, **error},
         provenance={**of_map.provenance, "adjustment": provenance},
     )

@@ -10,6 +10,8 @@
                      "rest_volume_m2", "symmetry", and, by name, the arrays of `RidgeArrays`},
      "domain": {"pressure_max_pa" (three), "pressure_sum_max_pa", "moment_max_nm",
                 "torque_max_nm" (null if equal)},
+     "bound" (where known): {"pressure_sum_pa", "angle_rad", "tip_m" (a number at each node),
+                             "angle_rad_per_nm", "tip_per_n"},
      "error": {"free_bending_angle_rad": {"median", "p95", "worst", and, where known, "p90"},
                and, where known, "actuator_angle_rad": {"p90"}, "measured_angle_rad": {"p90"}, ...},
      "provenance": {...}}
@@ -22,13 +24,16 @@ numbers.
 
 import json
 import math
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
 from rodmodel.actuator import Actuator, Domain, Layout
+from rodmodel.error_bound import MOST_NODES, ErrorBound
 from rodmodel.io.atomic import write_atomically
 from rodmodel.io.json_record import CalibrationFileError, Record
 from rodmodel.io.law_arrays import ARRAYS, RidgeArrays
@@ -54,6 +59,9 @@ _SCALES = {
     "energy_scale": "energy_scale_n",
     "rest_volume": "rest_volume_m2",
 }
+# Numbers of a bound: at its nodes, and by the moment on the base.
+_NODES = {"pressure_sum": "pressure_sum_pa", "angle": "angle_rad", "tip": "tip_m"}
+_SLOPES = {"angle_per_moment": "angle_rad_per_nm", "tip_per_moment": "tip_per_n"}
 _ACTUATOR = {
     "body_length": "body_length_m",
     "cap_length": "cap_length_m",
@@ -84,6 +92,7 @@ class Calibration:
     domain : loads inside which the law was calibrated.
     error : errors on held-out states, as in the file.
     provenance : origin of the data, as in the file.
+    bound : bound of the errors over pressures and loads, as in the file; None for a file without one.
 
     Raises
     ------
@@ -97,6 +106,7 @@ class Calibration:
     domain: Domain
     error: Mapping[str, Any]
     provenance: Mapping[str, Any]
+    bound: ErrorBound | None = None
 
     def __init__(
         self,
@@ -106,6 +116,7 @@ class Calibration:
         domain: Domain,
         error: Mapping[str, Any],
         provenance: Mapping[str, Any],
+        bound: ErrorBound | None = None,
         law: RidgeArrays | None = None,
         section_law: "rodmodel.section.RidgeNetwork | rodmodel.section.OrientedNetwork | None" = None,
     ) -> None:
@@ -129,6 +140,7 @@ class Calibration:
             "domain": domain,
             "error": error,
             "provenance": provenance,
+            "bound": bound,
         }
         for name, value in values.items():
             object.__setattr__(self, name, value)
@@ -141,20 +153,40 @@ class Calibration:
         return law_from_arrays(self.law)
 
     @property
-    def angle_error(self) -> float:
-        """Bound on the error of the bending angle in 90 % of states [rad].
+    def error_bound(self) -> ErrorBound:
+        """Bound that the errors of 90 % of states keep, over pressures and loads.
 
-        It is the error against the period cell on held-out states. If the file has the error against the full
-        actuator, on runs held out of the fit of the ends, its square is added. A law adjusted to measurements
-        has the error against held-out measurements instead, if that is larger.
+        A file without a bound has a constant one of the bending angle: the error against the period cell on
+        held-out states and, if the file has it, that against the full actuator, on runs held out of the fit
+        of the ends, as the root of the sum of their squares. The bound of a law adjusted to measurements is
+        nowhere below the error against held-out measurements; that of the tip is not below the same error
+        times the largest way of an arc's tip per angle, half of the body and the cap.
         """
+        bound = self._constant_bound() if self.bound is None else self.bound
+        measured = self.error.get("measured_angle_rad")
+        if measured is None:
+            return bound
+        angle = float(measured["p90"])
+        return bound.at_least(angle, angle * (0.5 * self.actuator.body_length + self.actuator.cap_length))
+
+    @property
+    def angle_error(self) -> float:
+        """Largest bound of the bending angle without loads [rad]; deprecated, as `error_bound` has it all."""
+        warnings.warn(
+            "Calibration.angle_error: the bound depends on pressures and loads now: use "
+            "Calibration.error_bound",
+            DeprecationWarning,
+            stacklevel=2,
+        )
+        return float(self.error_bound.largest_angle)
+
+    def _constant_bound(self) -> ErrorBound:
         cell = self.error["free_bending_angle_rad"]
         bound = float(cell.get("p90", cell["p95"]))
         actuator = self.error.get("actuator_angle_rad")
         if actuator is not None:
             bound = math.hypot(bound, float(actuator["p90"]))
-        measured = self.error.get("measured_angle_rad")
-        return bound if measured is None else max(bound, float(measured["p90"]))
+        return ErrorBound.constant(bound)
 
 
 def read_calibration(path: str | Path) -> Calibration:
@@ -207,6 +239,7 @@ def save_calibration(calibration: Calibration, path: str | Path) -> None:
             "moment_max_nm": calibration.domain.moment_max,
             "torque_max_nm": calibration.domain.torque_max,
         },
+        **({} if calibration.bound is None else {"bound": _bound_content(calibration.bound)}),
         "error": dict(calibration.error),
         "provenance": dict(calibration.provenance),
     }
@@ -224,6 +257,11 @@ def _law_content(law: RidgeArrays) -> dict[str, Any]:
     return {"kind": kind, "ridge_slope": RIDGE_SLOPE, **scales, "symmetry": law.symmetry, **arrays}
 
 
+def _bound_content(bound: ErrorBound) -> dict[str, Any]:
+    nodes = {key: [float(x) for x in getattr(bound, name)] for name, key in _NODES.items()}
+    return {**nodes, **{key: float(getattr(bound, name)) for name, key in _SLOPES.items()}}
+
+
 def _calibration(record: Record) -> Calibration:
     record.take("schema", f'"{SCHEMA}"', lambda value: value == SCHEMA)
     record.take("version", f"version {VERSION}", lambda value: type(value) is int and value == VERSION)
@@ -239,6 +277,7 @@ def _calibration(record: Record) -> Calibration:
             moment_max=domain.number("moment_max_nm"),
             torque_max=domain.number_or_null("torque_max_nm"),
         ),
+        bound=_bound(record.record("bound")) if "bound" in record.content else None,
         error=_error(record.record("error")),
         provenance=record.record("provenance").content,
     )
@@ -293,6 +332,22 @@ def _law(record: Record) -> RidgeArrays:
         raise
     except ValueError as error:
         raise CalibrationFileError(f"{record.file}: {record.place}.{error}") from error
+
+
+def _bound(record: Record) -> ErrorBound:
+    nodes = {name: record.nodes(key, MOST_NODES) for name, key in _NODES.items()}
+    slopes = [record.number(key) for key in _SLOPES.values()]
+    count = len(nodes["pressure_sum"])
+    for name, key in _NODES.items():
+        values = nodes[name]
+        if len(values) != count:
+            raise record.error(key, f"{len(values)} numbers", f"{count}, one at each of pressure_sum_pa")
+        strictly = name == "pressure_sum"
+        for before, after in pairwise(values):
+            if after < before or (strictly and after == before):
+                rising = "increasing" if strictly else "not decreasing"
+                raise record.error(key, f"{after:g} after {before:g}", f"numbers that are {rising}")
+    return ErrorBound(nodes["pressure_sum"], nodes["angle"], nodes["tip"], *slopes)
 
 
 def _error(record: Record) -> dict[str, Any]:

@@ -127,6 +127,20 @@ class Record:
         )
         return float(first), float(second), float(third)
 
+    def nodes(self, key: str, most: int) -> tuple[float, ...]:
+        """Return the numbers under a key, 1 to `most`, each in its range in `rodmodel.io.ranges`."""
+        allowed = _RANGES[self._full(key)]
+        values = self.take(
+            key,
+            f"1 to {most} numbers, each {allowed.expected}",
+            lambda value: (
+                isinstance(value, list)
+                and 1 <= len(value) <= most
+                and all(_is_number(number) and allowed.holds(number) for number in value)
+            ),
+        )
+        return tuple(map(float, values))
+
     def array(self, key: str, rank: int) -> np.ndarray:
         """Return the vector (rank 1) or matrix (rank 2) of finite numbers under a key, not empty."""
         expected = f"a {'vector' if rank == 1 else 'matrix'} of finite numbers"

@@ -89,11 +89,11 @@ def load(
 
     calibration, law = found.calibration, found.calibration.section_law
     if isinstance(law, OrientedNetwork):
-        return OrientedRod(law, calibration.actuator, found.domain, calibration.angle_error).at_psi(psi)
+        return OrientedRod(law, calibration.actuator, found.domain, calibration.error_bound).at_psi(psi)
     section: SectionLaw = MirroredLaw(law) if found.mirrored else law
     if found.turns:
         section = TurnedLaw(section, found.turns)
-    return Rod(section, calibration.actuator, found.domain, calibration.angle_error)
+    return Rod(section, calibration.actuator, found.domain, calibration.error_bound)
 
 
 def load_core(
@@ -139,7 +139,7 @@ def load_oriented(
 
     law = calibration.section_law
     assert isinstance(law, OrientedNetwork)
-    return OrientedRod(law, calibration.actuator, calibration.domain, calibration.angle_error)
+    return OrientedRod(law, calibration.actuator, calibration.domain, calibration.error_bound)
 
 
 def find(layout: str, psi: float, pitch: float, path: str | Path | None = None) -> Found:

@@ -33,7 +33,7 @@ class Range(NamedTuple):
 _ANGLE_ERROR = Range(0.0, 10.0, "rad")
 _PRESSURE = Range(1e-3, 1e8, "Pa")
 
-#: Ranges by key; that of `pressure_max_pa` holds for each of its three numbers.
+#: Ranges by key; that of a list, such as `pressure_max_pa`, holds for each of its numbers.
 RANGES: Mapping[str, Range] = {
     "layout.psi_rad": Range(-100.0, 100.0, "rad", null=True),
     "layout.pitch_m": Range(1e-6, 1.0, "m"),
@@ -58,6 +58,11 @@ RANGES: Mapping[str, Range] = {
     "domain.pressure_sum_max_pa": _PRESSURE,
     "domain.moment_max_nm": Range(1e-12, 1e6, "N m"),
     "domain.torque_max_nm": Range(1e-12, 1e6, "N m", null=True),
+    "bound.pressure_sum_pa": Range(0.0, 3e8, "Pa", optional=True),
+    "bound.angle_rad": _ANGLE_ERROR._replace(optional=True),
+    "bound.tip_m": Range(0.0, 10.0, "m", optional=True),
+    "bound.angle_rad_per_nm": Range(0.0, 1e9, "rad/(N m)", optional=True),
+    "bound.tip_per_n": Range(0.0, 1e9, "1/N", optional=True),
     "error.free_bending_angle_rad.median": _ANGLE_ERROR,
     "error.free_bending_angle_rad.p90": _ANGLE_ERROR._replace(optional=True),
     "error.free_bending_angle_rad.p95": _ANGLE_ERROR,

@@ -5,7 +5,8 @@ from typing import final
 import equinox as eqx
 from jaxtyping import ArrayLike, Float
 
-from rodmodel.actuator import Actuator, Domain, Number
+from rodmodel.actuator import Actuator, Domain
+from rodmodel.error_bound import ErrorBound
 from rodmodel.rod._rod import Rod
 from rodmodel.section import OrientedNetwork
 
@@ -19,13 +20,13 @@ class OrientedRod(eqx.Module):
     section : section laws of all orientations.
     actuator : dimensions and masses.
     domain : loads inside which the sections were calibrated.
-    angle_error : bound on the error of the bending angle against finite elements in 90 % of states [rad].
+    error_bound : bound that the errors of 90 % of states keep; a number is a constant one of θ [rad].
     """
 
     section: OrientedNetwork
     actuator: Actuator
     domain: Domain
-    angle_error: Number
+    error_bound: ErrorBound = eqx.field(converter=ErrorBound.of)
 
     def at_psi(self, psi: Float[ArrayLike, ""]) -> Rod:
         """Return the rod of the winding at an orientation.
@@ -37,4 +38,4 @@ class OrientedRod(eqx.Module):
         ----------
         psi : azimuth of a crossing of the winding from the centre of chamber 1 [rad].
         """
-        return Rod(self.section.at_psi(psi), self.actuator, self.domain, self.angle_error)
+        return Rod(self.section.at_psi(psi), self.actuator, self.domain, self.error_bound)

@@ -1,6 +1,8 @@
 """The differentiable rod: a section law, an actuator's dimensions, and the solve."""
 
+import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, final
 
 import equinox as eqx
@@ -9,6 +11,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from rodmodel.actuator import Actuator, Domain, Number
+from rodmodel.error_bound import ErrorBound
 from rodmodel.kinematics import Shape, bend, bending, cross_matrix, rotation_of
 from rodmodel.rod._inputs import all_finite, is_rotation, vector_of
 from rodmodel.rod._jacobian import Jacobian, jacobian_of
@@ -46,17 +49,47 @@ class Rod(eqx.Module):
     section : calibrated section law.
     actuator : dimensions and masses.
     domain : loads inside which the section was calibrated.
-    angle_error : bound on the error of the bending angle against finite elements in 90 % of states [rad].
+    error_bound : bound that the errors of 90 % of states keep; a number is a constant one of θ [rad].
     """
 
     section: SectionLaw
     actuator: Actuator
     domain: Domain
-    angle_error: Number
+    error_bound: ErrorBound
+
+    def __init__(
+        self,
+        section: SectionLaw,
+        actuator: Actuator,
+        domain: Domain,
+        error_bound: ErrorBound | Number | None = None,
+        *,
+        angle_error: Number | None = None,
+    ) -> None:
+        """Make a rod; `angle_error`, the former name of a constant bound of θ [rad], serves as well."""
+        given = angle_error if error_bound is None else error_bound
+        if given is None or (angle_error is not None and error_bound is not None):
+            came = "neither" if given is None else "both"
+            raise TypeError(f"error_bound, angle_error: got {came}, expected one of the two")
+        self.section = section
+        self.actuator = actuator
+        self.domain = domain
+        self.error_bound = ErrorBound.of(given)
 
     def __hash__(self) -> int:
         """Hash all but the arrays, which have no hash, so that `jax.jit(rod.solve)` works."""
-        return hash((self.actuator, self.domain, self.angle_error))
+        return hash((self.actuator, self.domain, self.error_bound))
+
+    @property
+    def angle_error(self) -> Number:
+        """Largest bound of θ without loads [rad]; deprecated: `error_bound` has it over the pressures."""
+        warnings.warn(
+            "Rod.angle_error: the bound depends on pressures and loads now: use Rod.error_bound, or "
+            "error_estimate of a solution",
+            DeprecationWarning,
+            stacklevel=2,
+        )
+        return self.error_bound.largest_angle
 
     def solve(
         self,
@@ -233,7 +266,8 @@ class Rod(eqx.Module):
 
     def _in_arrays(self) -> "Rod":
         """Return the rod with its numbers in arrays: rods whose arrays have equal shapes compile once."""
-        rod: Rod = jax.tree.map(lambda x: jnp.asarray(x, float) if isinstance(x, float | int) else x, self)
+        alike = replace(self, error_bound=self.error_bound.padded)
+        rod: Rod = jax.tree.map(lambda x: jnp.asarray(x, float) if isinstance(x, float | int) else x, alike)
         return rod
 
     @eqx.filter_jit
@@ -276,10 +310,12 @@ class Rod(eqx.Module):
         (mount, offset), by_ends, law = jax.vjp(ends, pressure, has_aux=True)
         shape, reached, push = solve_shape(law, into_base(loads, mount), self.actuator, offset, start, solver)
         volume = self._chamber_volume(pressure, law, shape)
+        base_moment = jnp.zeros_like(pressure[0])
         if push is not None:
             # Pressures turn the base and move the cap, where the loads do work; with it ∂V/∂F is the tip's
             # ∂x/∂p. m·ω is <R m̂, δR>/2 for δR = R ω̂.
             moment = law.moment(shape.samples()[0][0])
+            base_moment = _norm(moment)
             (work,) = by_ends((0.5 * mount @ cross_matrix(moment), push))
             volume = volume + work
 
@@ -296,6 +332,7 @@ class Rod(eqx.Module):
             tip_position, tip_rotation = base_rotation @ tip_position, base_rotation @ tip_rotation
         if base_position is not None:
             tip_position = base_position + tip_position
+        angle_bound, tip_bound = self.error_bound.at(jnp.sum(pressure), base_moment)
         ended: Any = result_of(reached)
         names: Any = RESULTS
         ended = RESULTS.where(jnp.all(jnp.isfinite(tip_position)), ended, names.not_converged)
@@ -311,7 +348,8 @@ class Rod(eqx.Module):
             result=result,
             stable=reached.stable & good,
             in_domain=in_domain,
-            error_estimate=jnp.where(in_domain, self.angle_error, jnp.nan),
+            error_estimate=jnp.where(in_domain, angle_bound, jnp.nan),
+            tip_error_estimate=jnp.where(in_domain, tip_bound, jnp.nan),
             stats={
                 "load_fraction": reached.load_fraction,
                 "load_steps": reached.load_steps,
@@ -373,3 +411,10 @@ class Rod(eqx.Module):
             "solve: no equilibrium was found under the full load, expected a load that the rod can carry; "
             "throw=False returns the equilibrium at the largest fraction that was reached",
         ]
+
+
+def _norm(vector: Float[Array, "3"]) -> Float[Array, ""]:
+    """Return the norm of a vector, with zero derivatives where it is zero."""
+    squared = vector @ vector
+    safe = jnp.where(squared > 0.0, squared, 1.0)
+    return jnp.where(squared > 0.0, jnp.sqrt(safe), 0.0)

@@ -36,7 +36,7 @@ def stack(rods: Sequence[Rod]) -> Rod:
     if not rods:
         raise ValueError("rods: got none, expected at least one")
     alike = [
-        Rod(law, rod.actuator, _with_torque(rod.domain), rod.angle_error)
+        Rod(law, rod.actuator, _with_torque(rod.domain), rod.error_bound.padded)
         for rod, law in zip(rods, in_common_form([rod.section for rod in rods]), strict=True)
     ]
     stacked: Rod = jax.tree.map(

@@ -1,6 +1,7 @@
 """Statics of the rod: loads, ends, integration along the rod, shooting, stability, sensitivities."""
 
 from rodmodel.actuator import Actuator, Domain
+from rodmodel.error_bound import ErrorBound
 from rodmodel.statics._as_pytree import register
 from rodmodel.statics._ends import base_turn as base_turn
 from rodmodel.statics._ends import cap_centre as cap_centre
@@ -19,3 +20,4 @@ from rodmodel.statics._solve import solve_shape as solve_shape
 
 register(Actuator)
 register(Domain)
+register(ErrorBound)

@@ -65,9 +65,10 @@ class Solution(eqx.Module):
     stable : whether the second variation of the energy is positive. Follower loads and moments have no
         energy; then, whether the loads have passed no bifurcation.
     in_domain : whether the pressures, and the moment everywhere on the body, are in the calibrated domain.
-    error_estimate : bound on the error of θ against finite elements in 90 % of states [rad]; NaN outside the
-        domain. It refers to the full actuator if the calibration has its error, else to the cell; see
-        [`rodmodel.Calibration.angle_error`][]. It excludes the errors of the finite elements themselves.
+    error_estimate : bound of the error of θ that 90 % of states keep [rad]; NaN outside the domain. It
+        depends on the pressures' sum and the loads: see [`rodmodel.ErrorBound`][] and
+        [`rodmodel.Calibration.error_bound`][].
+    tip_error_estimate : likewise of the tip's distance from where it is [m]; NaN also where none is known.
     stats : `load_fraction` reached, number of `load_steps`, and `shots`: integrations from base to end.
     shape : shape of the body's axis in the frame of the first section, for the methods.
     unknown : solution of the shooting, a start for the next solve: u L at the base, then the follower force,
@@ -89,6 +90,7 @@ class Solution(eqx.Module):
     stable: Bool[Array, ""]
     in_domain: Bool[Array, ""]
     error_estimate: Float[Array, ""]
+    tip_error_estimate: Float[Array, ""]
     stats: dict[str, Float[Array, ""] | Int[Array, ""]]
     shape: Shape
     unknown: Float[Array, " n"]

@@ -24,7 +24,10 @@ def prediction_record(solution: "rodmodel.core.CoreSolution") -> dict[str, Any]:
         "chamber_volume_mm3": [_number(x) for x in 1e9 * np.asarray(solution.chamber_volume)],
         "converged": bool(solution.converged),
         "in_domain": bool(solution.in_domain),
-        "error_estimate": {"bending_angle_deg": _degrees(solution.error_estimate)},
+        "error_estimate": {
+            "bending_angle_deg": _degrees(solution.error_estimate),
+            "tip_mm": _number(1e3 * float(solution.tip_error_estimate)),
+        },
         # Section laws know the loading branch alone: their domains end before walls snap.
         "branch": "loading" if solution.in_domain else None,
         "stable": bool(solution.stable),
@@ -38,11 +41,12 @@ def prediction_text(record: dict[str, Any]) -> str:
     angle, plane = _row([record["bending_angle_deg"]]), _row([record["bending_plane_deg"]])
     if record["bending_angle_deg"] is not None and record["bending_plane_deg"] is None:
         plane = f"{'–':>10s}"  # the rod is straight
-    error = record["error_estimate"]["bending_angle_deg"]
+    error, tip = (record["error_estimate"][name] for name in ("bending_angle_deg", "tip_mm"))
     if error is None:
         trust = "the moment in the rod is beyond the calibration: an extrapolation"
     else:
         trust = f"within {error:.2g} deg in 90 % of states"
+    where = "centre of the cap's outer face" + ("" if tip is None else f", within {tip:.2g} mm")
     branch = (
         "unknown" if record["branch"] is None else "loading: pressures have only risen, no wall has snapped"
     )
@@ -50,7 +54,7 @@ def prediction_text(record: dict[str, Any]) -> str:
         [
             f"bending angle    {angle} deg   ({trust})",
             f"bending plane    {plane} deg",
-            f"tip position     {_row(record['tip_position_mm'])} mm    (centre of the cap's outer face)",
+            f"tip position     {_row(record['tip_position_mm'])} mm    ({where})",
             f"chamber volumes  {_row(record['chamber_volume_mm3'])} mm3",
             f"branch              {branch}; the rod is {'stable' if record['stable'] else 'not stable'}",
         ]

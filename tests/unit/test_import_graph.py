@@ -152,7 +152,7 @@ def test_an_allowed_import_is_not_reported(importer: str, source: str) -> None:
 
 
 # Rooms of rodmodel that work without JAX: it may be imported in their functions, when a caller asks for it.
-WITHOUT_JAX = {"actuator", "cli", "control", "core", "io", "view"}
+WITHOUT_JAX = {"actuator", "cli", "control", "core", "error_bound", "io", "view"}
 WITH_JAX = {"jax", "equinox", "diffrax", "optimistix"}
 
 

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rodmodel.core._handle import ENDS, IN_PLACE
+from rodmodel.core._handle import ENDS, IN_PLACE, bound_numbers
 from rodmodel.core._law_data import LawData, law_data
 
 if TYPE_CHECKING:
-    from rodmodel.io import Found
+    from rodmodel.io import Calibration, Found
 
 _WIDTH = 118
 
@@ -61,6 +61,8 @@ def law_source(found: "Found") -> str:
     oriented = law_data(found.calibration.law).orientation if _is_oriented(found) else {}
     lines = [
         "/* Numbers of law.h, written by `rodmodel export`; rodmodel_core.h describes each of them. */",
+        "#include <math.h>",
+        "",
         '#include "law.h"',
         "",
         "#define N(x) ((rm_real)(x))",
@@ -71,7 +73,8 @@ def law_source(found: "Found") -> str:
         "#define DOMAIN \\",
         *_continued(_domain(found)),
         "",
-        f"#define ANGLE_ERROR {_real(found.calibration.angle_error)}",
+        "#define ERROR_BOUND \\",
+        *_continued(_bound(found)),
         "",
         *(_array(name, array) for name, array in {**pointed_to, **oriented}.items()),
         f"static const int orders[] = {{{', '.join(str(k) for k in law.orders.ravel())}}};",
@@ -82,7 +85,7 @@ def law_source(found: "Found") -> str:
         "    },",
         "    .actuator = ACTUATOR,",
         "    .domain = DOMAIN,",
-        "    .angle_error = ANGLE_ERROR,",
+        "    .error_bound = ERROR_BOUND,",
         "};",
     ]
     if oriented:
@@ -142,6 +145,13 @@ def _domain(found: "Found") -> dict[str, str]:
     }
 
 
+def _bound(found: "Found") -> dict[str, str]:
+    return {
+        name: _real(value) if isinstance(value, float) else "{" + ", ".join(map(_real, value)) + "}"
+        for name, value in bound_numbers(found.calibration.error_bound).items()
+    }
+
+
 def _continued(fields: dict[str, str]) -> list[str]:
     """Return the initialiser of a structure as lines of a macro."""
     items = [f".{name} = {value}" for name, value in fields.items()]
@@ -167,6 +177,8 @@ def _real(x: float) -> str:
 
 def _number(x: float) -> str:
     """Return a floating constant of C with 17 significant digits, which determine the double."""
+    if math.isnan(x):
+        return "NAN"
     text = f"{float(x):.17g}"
     return text if "." in text or "e" in text else text + ".0"
 
@@ -183,8 +195,7 @@ def _comment(found: "Found") -> str:
         f"pitch {1e3 * calibration.layout.pitch:.10g} mm.",
         "Units are SI: m, N, Pa, rad. Numbers have 17 significant digits.",
         *(line.strip() for line in calibration_text(record).split("\n")[1:]),
-        "The bending angle of 90 % of states is within "
-        f"{math.degrees(calibration.angle_error):.2g} deg of the data it was calibrated to. "
+        _accuracy(calibration),
         "Chambers above are numbered as in the calibration; rod.domain has this rod's numbers.",
         "Where the calibration comes from:",
         *_provenance(calibration.provenance),
@@ -195,6 +206,20 @@ def _comment(found: "Found") -> str:
         for line in textwrap.wrap(_harmless(text), _WIDTH - 3, break_on_hyphens=False)
     ]
     return "\n".join(f" * {line}" for line in lines)
+
+
+def _accuracy(calibration: "Calibration") -> str:
+    """Return what the bound says at rest and at the largest sum of pressures, without loads."""
+    bound, most = calibration.error_bound, calibration.domain.pressure_sum_max
+    (angle, tip), (last_angle, last_tip) = bound.at(0.0), bound.at(most)
+    text = (
+        "The bending angle of 90 % of states is within "
+        f"{math.degrees(angle):.2g} deg of the data it was calibrated to without pressure, and within "
+        f"{math.degrees(last_angle):.2g} deg at {1e-3 * most:g} kPa in sum"
+    )
+    if math.isnan(tip):
+        return f"{text}; nothing is known of the tip."
+    return f"{text}; the tip within {1e3 * tip:.2g} and {1e3 * last_tip:.2g} mm. Loads add to both."
 
 
 def _provenance(provenance: Any) -> list[str]:

@@ -156,7 +156,7 @@ int rm_check_rod(const rm_rod *rod)
                                 domain->moment_max,  domain->torque_max};
     const rm_real finite[] = {law->rest_volume, law->constant,  a->cap_length,       a->mass_per_length,
                               a->cap_mass,      a->base_turn,   a->base_lag,         a->base_stiffness,
-                              a->tip_offset,    a->held_length, a->shear_compliance, rod->angle_error};
+                              a->tip_offset,    a->held_length, a->shear_compliance};
     int good = law->images >= 1 && law->images <= RM_MOST_IMAGES && law->ridges >= 0 && law->ridges % 8 == 0
                && law->ridges <= RM_MOST_RIDGES / RM_MOST_IMAGES && law->features >= 0
                && law->features <= RM_MOST_FEATURES;
@@ -165,6 +165,11 @@ int rm_check_rod(const rm_rod *rod)
     }
     for (size_t k = 0; k < sizeof finite / sizeof *finite; k++) {
         good &= is_finite(finite[k]);
+    }
+    for (int k = 0; k < 8; k++) {
+        const rm_error_bound *bound = &rod->error_bound;
+        good &= is_finite(bound->angle[k]) & is_finite(bound->pressure_sum[k]);
+        good &= k == 0 || bound->pressure_sum[k] > bound->pressure_sum[k - 1];
     }
     for (int k = 0; good && k < 3 * law->images; k++) {
         good &= law->orders[k] >= 0 && law->orders[k] < 3;

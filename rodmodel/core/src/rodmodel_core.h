@@ -120,11 +120,21 @@ typedef struct {
     rm_real torque_max;             /* largest torque on a section [N m] */
 } rm_domain;
 
+/* Bound that the errors of 90 % of states keep: linear in the sum of the pressures between nodes, constant outside
+ * them, plus a term linear in the moment that the loads put on the base. */
+typedef struct {
+    rm_real pressure_sum[8];        /* sums of the pressures at the nodes, increasing [Pa] */
+    rm_real angle[8];               /* bounds of the bending angle's error at the nodes [rad] */
+    rm_real tip[8];                 /* bounds of the tip's distance at the nodes [m]; NaN where none is known */
+    rm_real angle_per_moment;       /* growth with the moment on the base [rad/(N m)] */
+    rm_real tip_per_moment;         /* [1/N] */
+} rm_error_bound;
+
 typedef struct {
     rm_law law;
     rm_actuator actuator;
     rm_domain domain;
-    rm_real angle_error;            /* bound on the bending angle's error against FEM in 90 % of states [rad] */
+    rm_error_bound error_bound;
 } rm_rod;
 
 /* Laws of all orientations psi of a winding; rm_orient returns the law of one. */
@@ -174,7 +184,9 @@ typedef struct {
     rm_real free_curvature[3];      /* free curvature of the section at these pressures [1/m] */
     rm_real load_fraction;          /* fraction of the loads at which this is the equilibrium; 1 after success */
     rm_real moment_share;           /* largest moment on a section over that of the domain */
-    rm_real angle_error;            /* error bound of the angle in 90 % of states [rad]; NaN outside the domain */
+    rm_real base_moment;            /* norm of the moment on the first section [N m]; 0 without loads */
+    rm_real angle_error;            /* the rod's bound of the angle's error here [rad]; NaN outside the domain */
+    rm_real tip_error;              /* likewise of the tip's distance [m] */
     int result;                     /* enum rm_result */
     int stable;                     /* whether the second variation of the energy is positive */
     int in_domain;                  /* whether pressures and moments are in the calibrated domain */

@@ -28,7 +28,7 @@ RECORD = Path(__file__).with_name("recorded.json")
 JUDGED = ("linear x1", "linear x2", "quadratic x1", "fine", "finer")
 _TITLES = {"linear x1": "coarse", "linear x2": "layered", "quadratic x1": "quadratic"}
 _PATHS = {"chamber 1": ONE, "chambers 1+2": TWO}
-_QUANTITIES = {"angle_deg": "angle", "stiff_bending": "EI", "torsion": "GJ", "volume_1": "volume"}
+_QUANTITIES = {"angle_deg": "angle", "plane_bending": "EI", "torsion": "GJ", "volume_1": "volume"}
 
 
 def gathered(run: Path | None) -> dict[str, dict[str, Solved]]:
@@ -41,6 +41,15 @@ def gathered(run: Path | None) -> dict[str, dict[str, Solved]]:
     for row in rows:
         found[row["winding"]][row["mesh"]] = Solved(**row)
     return {name: meshes for name, meshes in found.items() if meshes}
+
+
+def _known(found: dict[str, dict[str, Solved]]) -> dict[str, dict[str, Solved]]:
+    """Windings of which both families of meshes came so far that there is a limit."""
+    return {
+        name: meshes
+        for name, meshes in found.items()
+        if any(limit(meshes, "chamber 1", p, "angle_deg") is not None for p in ONE)
+    }
 
 
 def worst(meshes: dict[str, Solved], name: str, key: str) -> tuple[float, Limit] | None:
@@ -124,6 +133,7 @@ def main() -> int:
     found = gathered(arguments.run)
     if arguments.record:
         RECORD.write_text(json.dumps(_rows(found), indent=0, separators=(",", ":")) + "\n")
+    found = _known(found)
     if arguments.plot is not None:
         draw(found, arguments.plot)
     if arguments.json:

@@ -1,6 +1,7 @@
 """States of one winding on one mesh, kept in a file so that an interrupted study goes on."""
 
 import json
+import math
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,11 +31,20 @@ class Solved:
     states: dict[str, list[dict[str, Any]]]
 
     def value(self, path: str, pressure_kpa: float, key: str) -> float:
-        """A number of the state at that pressure; NaN if the path did not come so far."""
+        """A number of the state at that pressure; NaN if the path did not come so far.
+
+        ``plane_bending`` is the stiffness in the plane of bending: the stiffer one at the path's begin, and
+        from there on that which is nearer to the last. Beyond the loss of the lateral one that is larger.
+        """
+        in_plane = math.inf
         for state in self.states[path]:
-            if max(state["pressure_kpa"]) == pressure_kpa and key in state:
-                return float(state[key])
-        return float("nan")
+            both = [state[name] for name in ("soft_bending", "stiff_bending") if name in state]
+            if both:
+                in_plane = min(both, key=lambda k: abs(k - in_plane)) if in_plane < math.inf else max(both)
+            if max(state["pressure_kpa"]) == pressure_kpa:
+                found = in_plane if key == "plane_bending" and both else state.get(key, math.nan)
+                return float(found)
+        return math.nan
 
 
 def solved(run: Path, winding: str, mesh: Mesh) -> Solved:

@@ -16,9 +16,11 @@ from unittest import mock
 
 import rodmodel
 from calibration.cli import main as calibrate
+from calibration.cli.design import main as design
 from fem_reference.cli import main as compute
 from rodmodel.cli import main as predict
 from rodmodel.core import Result
+from tests.unit.docs.design_page import design_file
 
 ROOT = Path(__file__).parents[3]
 REFERENCE = ROOT / "docs" / "reference"
@@ -27,6 +29,7 @@ PROGRAMS: dict[str, Callable[[Sequence[str] | None], int]] = {
     "rodmodel": predict,
     "rodmodel-fem": compute,
     "rodmodel-calibrate": calibrate,
+    "rodmodel-design": design,
 }
 _WRITTEN = "<!-- Written by `python -m tests.unit.docs.reference_pages`. -->"
 _STATUSES = """\
@@ -171,6 +174,7 @@ def _sentence(text: str) -> str:
 PAGES: dict[str, Callable[[], str]] = {
     **{f"api_rooms_{package}.md": partial(rooms, package) for package in _ROOMS},
     "command_line.md": command_line,
+    "design_file.md": design_file,
     "result_codes.md": result_codes,
 }
 

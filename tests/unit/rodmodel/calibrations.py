@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from rodmodel import Actuator, Calibration, Domain, Layout
+from rodmodel import Actuator, Calibration, Domain, ErrorBound, Layout
 from rodmodel.io import RidgeArrays
 
 BENDING_STIFFNESS = 2.45e-4  # EI [N m²]
@@ -16,6 +16,7 @@ ACTUATOR = Actuator(
     body_length=0.06, cap_length=0.006, body_diameter=0.012, mass_per_length=0.068, cap_mass=0.73e-3
 )
 DOMAIN = Domain(pressure_max=(70e3, 60e3, 60e3), pressure_sum_max=100e3, moment_max=1.2e-3)
+BOUND = ErrorBound((0.0, 20e3, 90e3), (0.004, 0.008, 0.03), (1e-4, 3e-4, 2e-3), 5.0, 0.2)
 
 
 def ridge_arrays(*, symmetry: str = "mirror", oriented: bool = False) -> RidgeArrays:

@@ -34,5 +34,5 @@ def section_at(handle: Handle, curvature: np.ndarray, pressure: np.ndarray) -> S
 def rod_with(calibration: Calibration, **ends: float) -> CoreRod:
     """Rod of a calibration of one ψ, some of its actuator's numbers replaced."""
     actuator = replace(calibration.actuator, **ends)
-    handle = Handle(law_data(calibration.law), actuator, calibration.domain, calibration.angle_error)
-    return CoreRod(handle, actuator, calibration.domain, calibration.angle_error)
+    handle = Handle(law_data(calibration.law), actuator, calibration.domain, calibration.error_bound)
+    return CoreRod(handle, actuator, calibration.domain, calibration.error_bound)

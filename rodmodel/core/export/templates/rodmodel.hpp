@@ -45,6 +45,7 @@ struct Pose {
     real bending_angle = 0;      // theta [rad]
     real bending_plane = 0;      // gamma [rad]
     real angle_error = 0;        // of theta in 90 % of states [rad]; NaN outside the calibration
+    real tip_error = 0;          // of the tip's position in 90 % of states [m]; NaN also where not known
     bool stable = false;
     bool in_domain = false;      // pressures and moments are those of the calibration
 };
@@ -191,6 +192,7 @@ template <std::size_t Room = 0> class Rod {
         pose.bending_angle = solution_.bending_angle;
         pose.bending_plane = solution_.bending_plane;
         pose.angle_error = solution_.angle_error;
+        pose.tip_error = solution_.tip_error;
         pose.stable = solution_.stable != 0;
         pose.in_domain = solution_.in_domain != 0;
     }

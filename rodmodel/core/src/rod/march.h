@@ -17,6 +17,7 @@ typedef struct {
     vec turn;
     vec position;          /* r [m], base frame */
     section_state section; /* section at the end; c phi'' and c phi''' of its ridges are kept if there are columns */
+    vec base_moment;       /* moment on the first section [N m] */
     rm_real moment_share;  /* largest moment over that of the domain, squared */
     rm_real roughness;     /* largest difference of u L between orders 4 and 2 within a step [rad] */
     rm_real sharpest;      /* largest u L at the end of a step [rad] */
@@ -136,6 +137,9 @@ RM_INLINE void march(const equilibrium *e, const rm_domain *domain, vec turn, ve
                                     stage > 0 ? &near : at, &rate, stored == NULL ? NULL : stored + 4 * n + stage, &s,
                                     &drift);
             if (stage == 0) {
+                if (n == 0) {
+                    end->base_moment = s.moment;
+                }
                 end->moment_share = larger(end->moment_share, share_of(s.moment, domain));
                 end->convex &= sym_is_positive(s.stiffness);
                 put_vec(nodes[n].position, r);

@@ -261,6 +261,22 @@ static void put_volumes(solve_state *at, const rm_real *pressure, rm_real *volum
     }
 }
 
+/* Set the rod's bounds at a sum of pressures and the moment on the base. */
+static void put_error_bound(const rm_error_bound *bound, rm_real pressure_sum, rm_solution *solution)
+{
+    int after = 1;
+    while (after < 7 && pressure_sum > bound->pressure_sum[after]) {
+        after++;
+    }
+    const rm_real first = bound->pressure_sum[after - 1], last = bound->pressure_sum[after];
+    const rm_real way = (pressure_sum - first) / (last - first);
+    const rm_real share = way > R(0.0) ? (way < R(1.0) ? way : R(1.0)) : R(0.0);
+    solution->angle_error = bound->angle[after - 1] + share * (bound->angle[after] - bound->angle[after - 1])
+                            + bound->angle_per_moment * solution->base_moment;
+    solution->tip_error = bound->tip[after - 1] + share * (bound->tip[after] - bound->tip[after - 1])
+                          + bound->tip_per_moment * solution->base_moment;
+}
+
 /* Set pose and flags of the equilibrium reached. */
 static int put_solution(solve_state *at, const rm_input *input, const rm_options *options, rm_solution *solution)
 {
@@ -306,7 +322,12 @@ static int put_solution(solve_state *at, const rm_input *input, const rm_options
     solution->result = result;
     solution->stable = reached->stable;
     solution->in_domain = covers_pressure(&at->rod->domain, input->pressure) && solution->moment_share <= RM_SLACK;
-    solution->angle_error = solution->in_domain ? at->rod->angle_error : not_a_number();
+    solution->base_moment = rm_sqrt(dot(end->base_moment, end->base_moment));
+    solution->angle_error = solution->tip_error = not_a_number();
+    if (solution->in_domain) {
+        const rm_real *p = input->pressure;
+        put_error_bound(&at->rod->error_bound, p[0] + p[1] + p[2], solution);
+    }
     if ((options->ask & RM_VOLUMES) == 0) {
         fill_with_nan(solution->chamber_volume, 3);
     }

@@ -75,7 +75,9 @@ def test_the_report_of_all_has_a_row_for_each_law_and_winding(ring, one_run, tmp
     arguments = ["report", "--datasets", str(DATASETS), "--truth", str(one_run)]
     assert main([*arguments, "--figures", str(tmp_path / "png")]) == 0
     rows = [line for line in capsys.readouterr().out.splitlines() if line.startswith(("| ring", "| double"))]
-    assert [row.count("as its file states") for row in rows] == [0, 1, 0]
+    # Both maps, the rod, and its states in the bounds' coverage.
+    assert [row.count("as its file states") for row in rows] == [0, 1, 0, 0]
+    assert rows[3].count("%") == 2
     assert "0.23 / 0.92 / 2.86" in rows[1]  # 0.004, 0.016 and 0.05 rad
     assert (tmp_path / "png" / "rod-against-actuator.png").read_bytes()[:4] == b"\x89PNG"
 
@@ -85,6 +87,8 @@ def test_the_report_of_all_has_a_row_for_each_law_and_winding(ring, one_run, tmp
     alone, everything = told["rods"]["double-helix, pitch 3 mm, ψ = 0°"], told["rods"]["all"]
     assert alone == everything
     assert alone["cases"] == ["chamber1"]
+    assert told["coverage"]["layouts"] == {"double-helix, pitch 3 mm, ψ = 0°": told["coverage"]["all"]}
+    assert told["coverage"]["all"]["states"] == alone["judged"]
     assert 0 < alone["judged"] <= alone["states"]
 
 

@@ -5,6 +5,7 @@ import math
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -111,11 +112,30 @@ def test_people_get_units_and_the_error(predict: Any) -> None:
         assert wanted in out
 
 
+def test_both_bounds_are_stated_where_the_file_has_them(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bounded = replace(calibrations.calibration(), bound=calibrations.BOUND)
+    rodmodel.save_calibration(bounded, tmp_path / "bounded.json")
+    call = ["--calibration", str(tmp_path / "bounded.json"), "--json"]
+    angle, tip = calibrations.BOUND.at(35e3)
+    assert main(["predict", *call, "--pressure-kpa", "30", "5", "0"]) == GOOD
+    stated = json.loads(capsys.readouterr().out)["error_estimate"]
+    assert stated == pytest.approx({"bending_angle_deg": math.degrees(angle), "tip_mm": 1e3 * tip})
+    assert main(["inverse", *call, "--bending-angle-deg", "20", "--bending-plane-deg", "0"]) == GOOD
+    found = json.loads(capsys.readouterr().out)
+    angle, tip = calibrations.BOUND.at(1e3 * sum(found["pressure_kpa"]))
+    expected = {"bending_angle_deg": math.degrees(angle), "tip_mm": 1e3 * tip}
+    assert found["error_estimate"] == pytest.approx(expected)
+    assert main(["predict", *call[:-1], "--pressure-kpa", "30", "5", "0"]) == GOOD
+    assert "cap's outer face, within 0.66 mm" in capsys.readouterr().out
+
+
 def test_a_moment_beyond_the_calibration_is_said(predict: Any) -> None:
     status, out, _ = predict("--pressure-kpa", "30", "0", "0", "--tip-force-n", "0", "0.2", "0", "--json")
     record = json.loads(out)
     assert (status, record["converged"], record["in_domain"]) == (GOOD, True, False)
-    assert record["error_estimate"] == {"bending_angle_deg": None}
+    assert record["error_estimate"] == {"bending_angle_deg": None, "tip_mm": None}
     assert record["branch"] is None
     _, out, _ = predict("--pressure-kpa", "30", "0", "0", "--tip-force-n", "0", "0.2", "0")
     assert "beyond the calibration" in out

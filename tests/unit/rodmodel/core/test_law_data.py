@@ -20,7 +20,7 @@ def calibrations() -> dict[tuple[str, float | None, float], Calibration]:
 
 
 def handle_of(calibration: Calibration, data: LawData, variant: str = VARIANTS[-1]) -> Handle:
-    return Handle(data, calibration.actuator, calibration.domain, calibration.angle_error, variant)
+    return Handle(data, calibration.actuator, calibration.domain, calibration.error_bound, variant)
 
 
 def section(handle: Handle, curvature: np.ndarray, pressure: np.ndarray) -> dict[str, np.ndarray | float]:

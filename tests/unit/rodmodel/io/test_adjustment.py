@@ -164,7 +164,7 @@ def test_the_error_is_what_was_measured_and_never_less_than_the_maps(
     figures = {"actuator_angle_rad": {"p90": 0.01}, "measured_angle_rad": {"p90": p90}}
     save_calibration(adjusted(of_map(tmp_path, "mirror", 0.0), MINE, figures, {}), tmp_path / "mine.json")
     rod = rodmodel.load_core("double-helix", path=tmp_path / "mine.json")
-    assert rod.angle_error == pytest.approx(expected, rel=1e-12)
+    assert rod.error_bound.largest_angle == pytest.approx(expected, rel=1e-12)
     assert rod.solve((10e3, 0.0, 0.0)).error_estimate >= expected
 
 

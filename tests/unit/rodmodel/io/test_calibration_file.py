@@ -34,13 +34,14 @@ ROOT = Path(__file__).parents[4]
         calibrations.oriented_calibration(),
         replace(
             calibrations.calibration(),
+            bound=calibrations.BOUND,
             actuator=replace(
                 calibrations.ACTUATOR, stiff_tip=2e-3, base_lag=-1e-3, base_turn=-2e-6, tip_offset=-1e-3
             ),
             domain=replace(calibrations.DOMAIN, torque_max=0.6e-3),
         ),
     ],
-    ids=["mirror", "full", "no symmetry", "all orientations", "ends and torque"],
+    ids=["mirror", "full", "no symmetry", "all orientations", "bound, ends and torque"],
 )
 def test_a_calibration_comes_back_to_the_last_bit(tmp_path: Path, written: Calibration) -> None:
     save_calibration(written, tmp_path / "calibration.json")
@@ -50,7 +51,7 @@ def test_a_calibration_comes_back_to_the_last_bit(tmp_path: Path, written: Calib
     assert read.law.symmetry == written.law.symmetry
     for name in (*ARRAYS, "pressure_scale", "curvature_scale", "energy_scale", "rest_volume"):
         np.testing.assert_array_equal(getattr(read.law, name), getattr(written.law, name))
-    assert read.angle_error == 0.016
+    assert read.error_bound == written.error_bound
 
 
 def test_shipped_calibrations_are_written_as_they_are_read(tmp_path: Path) -> None:
@@ -73,7 +74,7 @@ def test_the_error_of_the_full_actuator_adds_in_squares() -> None:
         "free_bending_angle_rad": {"median": 0.1, "p90": 0.3, "p95": 0.5, "worst": 1.0},
         "actuator_angle_rad": {"p90": 0.4},
     }
-    assert replace(calibrations.calibration(), error=error).angle_error == 0.5
+    assert replace(calibrations.calibration(), error=error).error_bound.angle == (0.5,)
 
 
 @pytest.mark.parametrize(

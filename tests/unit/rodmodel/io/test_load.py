@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import rodmodel
+from rodmodel import ErrorBound
 from rodmodel.io import Found, find
 from tests.unit.rodmodel import calibrations
 
@@ -156,7 +157,7 @@ def test_an_orientation_that_is_no_number_is_refused(load) -> None:
 def test_the_rod_has_what_the_file_says(file: Path) -> None:
     for rod in (rodmodel.load("double-helix", path=file), rodmodel.load_core("double-helix", path=file)):
         assert (rod.actuator, rod.domain) == (calibrations.ACTUATOR, calibrations.DOMAIN)
-        assert rod.angle_error == 0.016
+        assert rod.error_bound == ErrorBound.constant(0.016)
 
 
 def test_each_shipped_calibration_is_found_under_its_own_name() -> None:

@@ -3,6 +3,7 @@
 import copy
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ REMOVED = object()
 @pytest.fixture(scope="module")
 def text(tmp_path_factory: pytest.TempPathFactory) -> str:
     path = tmp_path_factory.mktemp("good") / "calibration.json"
-    save_calibration(calibrations.calibration(), path)
+    save_calibration(replace(calibrations.calibration(), bound=calibrations.BOUND), path)
     return path.read_text()
 
 
@@ -56,6 +57,7 @@ def changed(content: dict[str, Any], keys: str, value: Any) -> dict[str, Any]:
 
 LENGTH = "expected a number from 0.0001 to 10 m"
 ERROR = "expected a number from 0 to 10 rad"
+NODES = "expected 1 to 8 numbers, each a number from 0 to 3e+08 Pa"
 VECTOR, MATRIX = "expected a vector of finite numbers", "expected a matrix of finite numbers"
 P90 = "error.actuator_angle_rad.p90"
 
@@ -119,6 +121,25 @@ WRONG_VALUES = [
     ("domain.pressure_max_pa", [1.0, 2.0], "[1.0, 2.0]", "expected three numbers, each a number from 0.001"),
     ("domain.pressure_max_pa", [1.0, 2.0, -3.0], "[1.0, 2.0, -3.0]", "expected three numbers"),
     ("domain.torque_max_nm", 0.0, "0.0", "expected a number from 1e-12 to 1e+06 N m or null"),
+    ("bound", [], "[]", "expected a JSON object"),
+    ("bound.pressure_sum_pa", REMOVED, "nothing", NODES),
+    ("bound.pressure_sum_pa", [], "[]", NODES),
+    ("bound.pressure_sum_pa", [1e3 * k for k in range(9)], "[0.0, 1000.0, ", NODES),
+    ("bound.pressure_sum_pa", [0.0, 2e4, 2e4], "20000 after 20000", "expected numbers that are increasing"),
+    ("bound.pressure_sum_pa", [0.0, 2e4, 4e8], "[0.0, 20000.0, 400000000.0]", NODES),
+    ("bound.angle_rad", [0.1, 0.1], "2 numbers", "expected 3, one at each of pressure_sum_pa"),
+    ("bound.angle_rad", [0.1, 0.2, 0.1], "0.1 after 0.2", "expected numbers that are not decreasing"),
+    (
+        "bound.angle_rad",
+        [-0.1, 0.2, 0.2],
+        "[-0.1, 0.2, 0.2]",
+        "expected 1 to 8 numbers, each a number from 0",
+    ),
+    ("bound.angle_rad", 0.1, "0.1", "expected 1 to 8 numbers"),
+    ("bound.tip_m", [1e-3, None, 1e-3], "[0.001, None, 0.001]", "expected 1 to 8 numbers"),
+    ("bound.tip_m", [2e-3, 1e-3, 1e-3], "0.001 after 0.002", "expected numbers that are not decreasing"),
+    ("bound.angle_rad_per_nm", -1.0, "-1.0", "expected a number from 0 to 1e+09 rad/(N m)"),
+    ("bound.tip_per_n", REMOVED, "nothing", "expected a number from 0 to 1e+09 1/N"),
     ("error.free_bending_angle_rad.p95", REMOVED, "nothing", ERROR),
     ("error.free_bending_angle_rad.p90", "p90", "'p90'", ERROR),
     ("error.actuator_angle_rad", None, "None", "expected a JSON object"),
@@ -299,7 +320,7 @@ def test_whatever_is_written_over_a_file_it_is_read_or_refused(
     place.write_text(text[:first] + piece + text[first + length :], encoding="utf-8")
     said = ""
     try:
-        assert read_calibration(place).angle_error >= 0.0
+        assert read_calibration(place).error_bound.angle[0] >= 0.0
     except CalibrationFileError as error:
         said = str(error)
     assert said == "" or (said.isprintable() and said.startswith(f"{place}: "))

@@ -1,0 +1,100 @@
+"""`rodmodel-calibrate bounds`: bounds of the rods' errors from the truth, written to calibration files."""
+
+import argparse
+import json
+import math
+from dataclasses import replace
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from calibration.cli._arguments import GOOD, BadInputError, Parser
+from calibration.cli._files import read_calibration_file, read_truth, write_calibration_file
+
+if TYPE_CHECKING:
+    from rodmodel import ErrorBound
+
+
+def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
+    """Add the command."""
+    bounds = commands.add_parser(
+        "bounds", help="bounds of angle and tip from the truth of other layouts, written to calibration files"
+    )
+    bounds.add_argument(
+        "files", nargs="*", metavar="FILE", help="calibration files to write (default: all that ship)"
+    )
+    bounds.add_argument(
+        "--truth",
+        default=None,
+        metavar="FILE",
+        help="runs of the full actuator, as `truth --gather` writes them (default: the shipped runs)",
+    )
+    bounds.set_defaults(command=_bounds)
+    return bounds
+
+
+def _bounds(options: argparse.Namespace, command: str) -> int:
+    from calibration.provenance import code_version, sha256, today
+    from calibration.truth.compare_rods import compare_with_truth
+    from calibration.truth.dataset import SHIPPED
+    from calibration.truth.error_bounds import BoundError, bound_for, scales
+    from calibration.truth.mesh_limits import SHIPPED_LIMITS
+
+    shipped = sorted(Path(str(files("rodmodel"))).joinpath("calibrations").glob("*.json"))
+    calibrations = {file: read_calibration_file(file) for file in options.files or map(str, shipped)}
+    for file, calibration in calibrations.items():
+        if calibration.law.is_adjusted:
+            raise BadInputError(
+                f"{file}: got a law adjusted to measurements, expected the map that it was made of"
+            )
+    truth = read_truth(options.truth)
+    about = {
+        "command": command,
+        "code_version": code_version(),
+        "date": today(),
+        "truth_sha256": sha256(Path(options.truth or SHIPPED)),
+        "mesh_limits_sha256": sha256(SHIPPED_LIMITS),
+    }
+    try:
+        verdict = compare_with_truth(truth)
+        scale = scales(verdict)
+        made = {file: bound_for(verdict, scale, c.layout) for file, c in calibrations.items()}
+    except BoundError as error:
+        raise BadInputError(str(error)) from error
+    for file, calibration in calibrations.items():
+        bound, note = made[file]
+        provenance = {**calibration.provenance, "bound": {**about, **note}}
+        write_calibration_file(replace(calibration, bound=bound, provenance=provenance), file)
+    if options.json:
+        rows = [{"file": file, "bound": _record(bound), **note} for file, (bound, note) in made.items()]
+        print(json.dumps({"bounds": rows}))
+        return GOOD
+    for file, (bound, note) in made.items():
+        _print(file, bound, note)
+    return GOOD
+
+
+def _record(bound: "ErrorBound") -> dict[str, Any]:
+    return {
+        "pressure_sum_kpa": [1e-3 * total for total in bound.pressure_sum],
+        "angle_deg": [math.degrees(angle) for angle in bound.angle],
+        "tip_mm": [1e3 * tip for tip in bound.tip],
+        "angle_deg_per_nmm": 1e-3 * math.degrees(bound.angle_per_moment),
+        "tip_mm_per_nmm": bound.tip_per_moment,
+    }
+
+
+def _print(file: str, bound: "ErrorBound", note: dict[str, Any]) -> None:
+    record, own = _record(bound), note["own_judge_states"]
+    states = note["judge_states_of_other_layouts"]
+    print(f"{file}: from {sum(states.values())} judge states of {len(states)} other layouts")
+    rows = (("kPa in sum", "pressure_sum_kpa", "{:8.0f}"), ("deg", "angle_deg", "{:8.2f}"))
+    for unit, key, form in (*rows, ("mm", "tip_mm", "{:8.2f}")):
+        print(f"  {unit:12s}" + "".join(form.format(value) for value in record[key]))
+    print(
+        f"  and {record['angle_deg_per_nmm']:.2f} deg, {record['tip_mm_per_nmm']:.2f} mm "
+        "for each N mm on the base"
+    )
+    if own["states"]:
+        shares = f"{100.0 * own['angle']:.0f} % of angles, {100.0 * own['tip']:.0f} % of tips"
+        print(f"  covers {shares} of its own {own['states']} judge states")

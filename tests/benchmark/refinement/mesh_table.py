@@ -1,0 +1,70 @@
+"""Table of how far each mesh's angle is from the limit, for the bounds of the rods.
+
+Run as ``python -m tests.benchmark.refinement.mesh_table [RUN] [--out FILE]`` on what
+``python -m tests.benchmark.refinement RUN`` has solved; without RUN, on the record that ships. It replaces
+the table that ships in ``calibration/truth``.
+"""
+
+import argparse
+import shlex
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from calibration.provenance import code_version, today
+from calibration.truth import ONE_CHAMBER, SHIPPED_LIMITS, TWO_CHAMBERS, MeshRatio, layout_of, save_limits
+from fem_reference import LEVELS, Ring
+from tests.benchmark.refinement.limits import limit
+from tests.benchmark.refinement.meshes import WINDINGS
+from tests.benchmark.refinement.report import gathered
+from tests.benchmark.refinement.solve import ONE, TWO, Solved
+
+#: Mesh of the study for each level that runs of the full actuator are on.
+OF_LEVELS = {"coarse": "linear x1", "layered": "linear x2", "fine": "fine", "finer": "finer"}
+_PATHS = {"chamber 1": (ONE_CHAMBER, ONE), "chambers 1+2": (TWO_CHAMBERS, TWO)}
+
+
+def ratios(found: dict[str, dict[str, Solved]]) -> list[MeshRatio]:
+    """Return the ratios of all windings and meshes whose limit the study tells."""
+    rows = []
+    for name, meshes in found.items():
+        winding = WINDINGS[name].winding
+        for level, mesh in OF_LEVELS.items():
+            # With an odd number of layers from ring to ring a ring lies within a layer, unlike in the study.
+            odd = round(1e3 * winding.period / LEVELS[level].axial_size) % 2 == 1
+            if mesh not in meshes or (isinstance(winding, Ring) and LEVELS[level].order == 1 and odd):
+                continue
+            for path, (title, pressures) in _PATHS.items():
+                known = []
+                for pressure in pressures:
+                    interval = limit(meshes, path, pressure, "angle_deg")
+                    value = meshes[mesh].value(path, pressure, "angle_deg")
+                    if interval is not None and np.isfinite(value):
+                        known.append((1e3 * pressure, interval.least / value, interval.most / value))
+                if known:
+                    at, least, most = (tuple(column) for column in zip(*known, strict=True))
+                    rows.append(MeshRatio(layout_of(winding), level, title, at, least, most))
+    return rows
+
+
+def main() -> int:
+    """Write the table."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("run", nargs="?", type=Path, default=None)
+    parser.add_argument("--out", type=Path, default=SHIPPED_LIMITS, metavar="FILE")
+    arguments = parser.parse_args()
+    rows = ratios(gathered(arguments.run))
+    provenance = {
+        "command": shlex.join(["python", "-m", "tests.benchmark.refinement.mesh_table", *sys.argv[1:]]),
+        "code_version": code_version(),
+        "date": today(),
+    }
+    save_limits(rows, provenance, arguments.out)
+    windings = dict.fromkeys(f"{row.layout.name} {row.layout.psi} {row.layout.pitch}" for row in rows)
+    print(f"{len(rows)} paths of {len(windings)} windings written to {arguments.out}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

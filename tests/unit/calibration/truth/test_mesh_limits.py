@@ -1,0 +1,112 @@
+"""Ratios of the limit of fine meshes to a run's angle: which path of the study tells a state's."""
+
+import math
+
+import pytest
+
+from calibration.truth import (
+    ONE_CHAMBER,
+    SHIPPED_LIMITS,
+    TWO_CHAMBERS,
+    MeshLimits,
+    MeshRatio,
+    load_limits,
+    save_limits,
+)
+from rodmodel import Layout
+
+PITCH = 3e-3
+
+
+def ratio(
+    psi_deg: float, path: str = ONE_CHAMBER, mesh: str = "coarse", name: str = "double-helix"
+) -> MeshRatio:
+    """A ratio that tells ψ and path: 1 + ψ/1000 for one chamber, 2 + ψ/1000 for two."""
+    middle = (1.0 if path == ONE_CHAMBER else 2.0) + 1e-3 * psi_deg
+    return MeshRatio(
+        Layout(name, math.radians(psi_deg), PITCH),
+        mesh,
+        path,
+        (20e3, 40e3),
+        (middle - 0.1, middle - 0.2),
+        (middle + 0.1, middle + 0.2),
+    )
+
+
+def helix(psi_deg: float, pitch: float = PITCH) -> Layout:
+    return Layout("double-helix", math.radians(psi_deg), pitch)
+
+
+TABLE = MeshLimits(tuple(ratio(psi, path) for psi in (0, 30, 60, 90) for path in (ONE_CHAMBER, TWO_CHAMBERS)))
+
+
+@pytest.mark.parametrize(
+    ("psi", "kpa", "tells"),
+    [
+        (0.0, (20, 0, 0), 1.0),
+        # Chambers 2 and 3 at ψ = 0 are chamber 1 at 60°, one of them mirrored.
+        (0.0, (0, 20, 0), 1.06),
+        (0.0, (0, 0, 20), 1.06),
+        (30.0, (20, 0, 0), 1.03),
+        (30.0, (0, 20, 0), 1.09),
+        (90.0, (0, 20, 0), 1.03),
+        (90.0, (0, 0, 20), 1.03),
+        # Half a turn is a shift along the rod.
+        (-90.0, (20, 0, 0), 1.09),
+        (0.0, (20, 20, 0), 2.0),
+        (0.0, (0, 20, 20), 2.06),
+        (0.0, (20, 0, 20), 2.0),
+    ],
+)
+def test_turns_and_mirror_lead_to_a_path_of_the_study(psi, kpa, tells):
+    found = TABLE.interval(helix(psi), "coarse", [1e3 * p for p in kpa])
+    assert found.known
+    assert found.middle == pytest.approx(tells)
+    assert found.half_width == pytest.approx(0.1)
+
+
+def test_pressures_between_those_of_the_study_are_interpolated_and_others_take_the_nearest():
+    widths = [TABLE.interval(helix(0.0), "coarse", (p, 0.0, 0.0)).half_width for p in (5e3, 20e3, 30e3, 60e3)]
+    assert widths == pytest.approx([0.1, 0.1, 0.15, 0.2])
+
+
+@pytest.mark.parametrize("kpa", [(20, 10, 0), (10, 20, 5), (20, 20, 5), (0, 0, 0)])
+def test_a_state_between_two_paths_spans_both(kpa):
+    found = TABLE.interval(helix(0.0), "coarse", [1e3 * p for p in kpa])
+    assert found.least < 1.0
+    assert found.most > 2.0
+
+
+def test_an_unknown_winding_spans_the_other_orientations_or_all_windings():
+    other = ratio(0.0, mesh="coarse", name="ring")
+    many = MeshLimits(
+        (*TABLE.ratios, MeshRatio(other.layout, "coarse", ONE_CHAMBER, (20e3,), (0.5,), (0.6,)))
+    )
+    within = many.interval(helix(45.0), "coarse", (20e3, 0.0, 0.0))
+    assert not within.known
+    assert (within.least, within.most) == pytest.approx((0.9, 1.19))
+    # Another pitch has no orientation that is known.
+    across = many.interval(helix(0.0, 4e-3), "coarse", (20e3, 0.0, 0.0))
+    assert (across.least, across.most) == pytest.approx((0.5, 1.19))
+    assert not across.known
+
+
+def test_of_a_mesh_that_the_study_lacks_nothing_is_known():
+    assert math.isnan(TABLE.interval(helix(0.0), "fine", (20e3, 0.0, 0.0)).middle)
+
+
+def test_a_table_comes_back_as_it_was_written(tmp_path):
+    save_limits(TABLE.ratios, {"command": "none"}, tmp_path / "table.json")
+    assert load_limits(tmp_path / "table.json") == TABLE
+    (tmp_path / "other.json").write_text('{"schema": "other"}')
+    with pytest.raises(ValueError, match="expected 'rodmodel-mesh-limits'"):
+        load_limits(tmp_path / "other.json")
+
+
+def test_the_table_that_ships_is_of_intervals_around_one():
+    ratios = load_limits(SHIPPED_LIMITS).ratios
+    assert ratios
+    for one in ratios:
+        assert len(one.pressure) == len(one.least) == len(one.most)
+        for least, most in zip(one.least, one.most, strict=True):
+            assert 0.85 < least <= most < 1.15

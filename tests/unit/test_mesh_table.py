@@ -1,0 +1,46 @@
+"""The table of mesh ratios: what the refinement study's states make of it, and the one that ships."""
+
+import pytest
+
+from calibration.truth import ONE_CHAMBER, SHIPPED_LIMITS, load_limits
+from tests.benchmark.refinement.limits import limit
+from tests.benchmark.refinement.mesh_table import OF_LEVELS, ratios
+from tests.benchmark.refinement.report import gathered
+from tests.benchmark.refinement.solve import Solved
+
+QUADRATIC = {"quadratic x1": 61.0, "quadratic x2": 60.8, "quadratic-2 x1": 60.6}
+
+
+def solved(winding: str, mesh: str, angle: float) -> Solved:
+    state = {"pressure_kpa": [40.0, 0.0, 0.0], "angle_deg": angle}
+    return Solved(winding, mesh, 1, 1, {"chamber 1": [state], "chambers 1+2": []})
+
+
+def test_a_ratio_is_the_limit_over_the_value_on_the_mesh():
+    meshes = {
+        name: solved("psi 90", name, angle)
+        for name, angle in {**QUADRATIC, "linear x1": 59.0, "linear x2": 59.6, "linear-2 x2": 60.2}.items()
+    }
+    interval = limit(meshes, "chamber 1", 40.0, "angle_deg")
+    assert interval is not None
+    coarse, layered = ratios({"psi 90": meshes})
+    assert (coarse.mesh, layered.mesh, coarse.path) == ("coarse", "layered", ONE_CHAMBER)
+    assert coarse.pressure == (40e3,)
+    assert coarse.layout.psi == pytest.approx(1.5707963)
+    assert (coarse.least[0], coarse.most[0]) == pytest.approx((interval.least / 59.0, interval.most / 59.0))
+    assert layered.least[0] == pytest.approx(interval.least / 59.6)
+
+
+def test_rings_on_the_coarse_mesh_are_no_mesh_of_the_study():
+    """Three layers from ring to ring: the middle one holds the ring."""
+    names = {*OF_LEVELS.values(), "linear-2 x2", *QUADRATIC}
+    meshes = {name: solved("rings", name, 60.0) for name in names}
+    assert {row.mesh for row in ratios({"rings": meshes})} == {"layered", "fine", "finer"}
+
+
+def test_a_winding_without_a_limit_has_no_row():
+    assert ratios({"psi 0": {"linear x1": solved("psi 0", "linear x1", 63.0)}}) == []
+
+
+def test_the_table_that_ships_is_that_of_the_record():
+    assert load_limits(SHIPPED_LIMITS).ratios == tuple(ratios(gathered(None)))

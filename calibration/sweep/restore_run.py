@@ -41,11 +41,7 @@ def restore_run(dataset: xr.Dataset, directory: Path, plan: RunPlan, material: M
     values = {name: dataset[name].values for name, *_ in VARIABLES}
     for path in np.unique(names):
         rows = np.flatnonzero(names == path)
-        # In equilibrium the applied moment is the section's moment, up to round-off.
-        states = [
-            {**{name: column[row].tolist() for name, column in values.items()}, "applied_moment": moment}
-            for row, moment in zip(rows, values["moment"][rows].tolist(), strict=True)
-        ]
+        states = [{name: column[row].tolist() for name, column in values.items()} for row in rows]
         end = ends.get(path, {"attempts": int(values["attempt"][rows].max())})
         PathWriter(path_file(directory, path)).add([*states, {"end": end}])
     description = {name: value for name, value in run.items() if name not in _OF_THE_DATASET}

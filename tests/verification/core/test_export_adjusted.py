@@ -22,10 +22,10 @@ def test_the_exported_example_prints_the_numbers_of_the_adjusted_rod(tmp_path: P
     save_calibration(adjusted(find("double-helix", 0.0, 3e-3), mine, figures, {}), file)
     of_mine = find("double-helix", 0.0, 3e-3, file)
     export(of_mine, tmp_path / "rod")
-    (error,) = re.findall(
-        r"#define ANGLE_ERROR .*?([0-9][-+.e0-9]*)\)", (tmp_path / "rod" / "law.c").read_text()
-    )
-    assert float(error) == 0.05
+    (written,) = re.findall(r"\.angle = \{(.*?)\}", (tmp_path / "rod" / "law.c").read_text())
+    bounds = [float(number) for number in re.findall(r"N\((.*?)\)", written)]
+    assert bounds[0] == 0.05
+    assert min(bounds) == 0.05
     program = build(tmp_path / "rod", compiler("gcc"), *C99, "-O0", sources=("main.c", *CORE), out="example")
     rows, rod = table(output(program)), CoreRod.of(of_mine)
     assert rows["failures"] == 0

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fem_reference import Actuator, ActuatorGeometry, ActuatorLoad
+from fem_reference import Actuator, ActuatorGeometry, ActuatorLoad, Design
 from fem_reference.cli import main
 from fem_reference.io import ActuatorRun, ActuatorSeries, RunError, draw_actuator, write_actuator_vtk
 from fem_reference.mesh import LEVELS
@@ -179,7 +179,7 @@ def test_a_full_disk_leaves_the_old_picture(actuator, states, tmp_path, write, n
 @pytest.fixture
 def command(monkeypatch, capsys):
     """The command on a short body of few elements, which its flags do not offer."""
-    monkeypatch.setattr("fem_reference.cli._actuator.read_geometry", lambda options: SHORT)
+    monkeypatch.setattr("fem_reference.cli._actuator.design_of", lambda options: Design(geometry=SHORT))
     monkeypatch.setitem(LEVELS, "coarse", TINY)
 
     def call(*arguments):

@@ -23,13 +23,13 @@ KILL, INTERRUPT = signal.SIGKILL, signal.SIGINT
 ACTUATOR = """
 import sys
 import fem_reference.cli._actuator
-from fem_reference import LEVELS, ActuatorGeometry
+from fem_reference import LEVELS, ActuatorGeometry, Design
 from fem_reference.cli import main
 from tests.fem_fixtures import TINY
 
 LEVELS["coarse"] = TINY
 SHORT = ActuatorGeometry(body_length=9e-3, cap_length=3e-3)
-fem_reference.cli._actuator.read_geometry = lambda options: SHORT
+fem_reference.cli._actuator.design_of = lambda options: Design(geometry=SHORT)
 fem_reference.cli._actuator._STEP_KPA = 1.0
 
 if __name__ == "__main__":

@@ -158,12 +158,17 @@ class Domain:
     moment_max : largest bending moment on a section [N m].
     torque_max : largest torque on a section [N m]; None if it equals `moment_max`. Moments are inside if they
         lie in the ellipsoid with these half axes.
+    beside_share, beside_max : the more pressure one chamber has, the less may those beside it have. The
+        pressure of each and this share of the sum of the two others are together at most `beside_max` [Pa],
+        which is infinite if there is no such limit.
     """
 
     pressure_max: tuple[Number, Number, Number]
     pressure_sum_max: Number
     moment_max: Number
     torque_max: Number | None = None
+    beside_share: Number = 0.0
+    beside_max: Number = math.inf
 
     @property
     def moment_axes(self) -> tuple[Number, Number, Number]:
@@ -174,8 +179,12 @@ class Domain:
     def covers_pressure(self, pressure: Three) -> Any:
         """Return whether three pressures [Pa] are inside, with a slack for the rounding of units."""
         first, second, third = pressure
-        below = [p <= _SLACK * maximum for p, maximum in zip(pressure, self.pressure_max, strict=True)]
-        return below[0] & below[1] & below[2] & (first + second + third <= _SLACK * self.pressure_sum_max)
+        total = first + second + third
+        inside = total <= _SLACK * self.pressure_sum_max
+        for p, maximum in zip(pressure, self.pressure_max, strict=True):
+            inside &= p <= _SLACK * maximum
+            inside &= p + self.beside_share * (total - p) <= _SLACK * self.beside_max
+        return inside
 
     def covers_moment(self, moment: Three) -> Any:
         """Return whether a moment [N m], body frame, is inside."""

@@ -24,6 +24,7 @@ from calibration.cli._arguments import (
     refuse_unwritable,
 )
 from calibration.cli._files import read_calibration_file, read_dataset, write_calibration_file
+from calibration.cli._pressures import add_pressures, with_pressures
 from calibration.cli._run_design import orientations, run_actuator, run_domain
 
 # Default size of a law.
@@ -200,12 +201,8 @@ def _dataset(options: argparse.Namespace) -> Any:
 
     dataset = read_dataset(options.dataset)
     made_for = attributes(dataset)["domain"]
-    each, total = tuple(made_for["pressure_max"]), made_for["pressure_sum_max"]
-    if getattr(options, "pressure_max_kpa", None) is not None:
-        each = tuple(1e3 * p for p in options.pressure_max_kpa)
-    if getattr(options, "pressure_sum_max_kpa", None) is not None:
-        total = 1e3 * options.pressure_sum_max_kpa
-    return dataset, Domain(each, total, made_for["moment_max"], made_for["torque_max"])
+    made_for |= {"pressure_max": tuple(made_for["pressure_max"])}
+    return dataset, with_pressures(Domain(**made_for), options)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -281,7 +278,7 @@ def _parser() -> argparse.ArgumentParser:
         help="largest torque [N mm] (default: 3.3, scaled to the design)",
     )
     scaled = "(default: the design's, or {} kPa, scaled by the shear modulus)"
-    _domain_options(run, scaled.format("60 60 60"), scaled.format("110"))
+    add_pressures(run, scaled.format("60 60 60"), scaled.format("110"))
     run.set_defaults(command=_run)
 
     fit = commands.add_parser("fit", help="fit the section law and write the calibration file")
@@ -317,7 +314,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     fit.add_argument("--iterations", type=count, default=100, help="maximum iterations of the final training")
     fit.add_argument("--seed", type=int, default=0, help="seed of the first start")
-    _domain_options(fit, "", "")
+    add_pressures(fit, "", "")
     fit.set_defaults(command=_fit)
 
     report, measured = _report.add_to(commands), _fit_measured.add_to(commands)
@@ -327,21 +324,3 @@ def _parser() -> argparse.ArgumentParser:
     for command in (run, fit, report, measured, truth, ends, bounds, judge, scale):
         command.add_argument("--json", action="store_true", help="one JSON object on stdout")
     return parser
-
-
-def _domain_options(parser: argparse.ArgumentParser, each: str, total: str) -> None:
-    """Add the limits of the pressures, with what their help says of the defaults."""
-    parser.add_argument(
-        "--pressure-max-kpa",
-        nargs=3,
-        type=positive,
-        default=None,
-        metavar=("P1", "P2", "P3"),
-        help=f"largest pressure of each chamber {each}".strip(),
-    )
-    parser.add_argument(
-        "--pressure-sum-max-kpa",
-        type=positive,
-        default=None,
-        help=f"largest sum of the pressures {total}".strip(),
-    )

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from calibration.cli._arguments import BadInputError
 from calibration.cli._designs import read_design_file
+from calibration.cli._pressures import with_pressures
 
 if TYPE_CHECKING:
     from fem_reference import Design, Winding
@@ -82,12 +83,8 @@ def run_domain(options: argparse.Namespace, actuator: "Design") -> "Domain":
     first, second, third = actuator.pressure_max or (scale.pressure * p for p in _PRESSURE)
     total = actuator.pressure_sum_max or scale.pressure * _PRESSURE_SUM
     moment, torque = scale.moment * _MOMENT, scale.moment * _TORQUE
-    if options.pressure_max_kpa is not None:
-        first, second, third = (1e3 * p for p in options.pressure_max_kpa)
-    if options.pressure_sum_max_kpa is not None:
-        total = 1e3 * options.pressure_sum_max_kpa
     if options.moment_max_nmm is not None:
         moment = 1e-3 * options.moment_max_nmm
     if options.torque_max_nmm is not None:
         torque = 1e-3 * options.torque_max_nmm
-    return Domain((first, second, third), total, moment, torque)
+    return with_pressures(Domain((first, second, third), total, moment, torque), options)

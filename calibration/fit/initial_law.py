@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from calibration.fit.any_law import law_at
+from calibration.sweep import edge
 from rodmodel import Domain, OrientedNetwork, RidgeNetwork
 
 # Number of pressures at which the guess is fitted.
@@ -81,10 +82,9 @@ def initial_oriented(scales: Scales, ridges: int, features: int, seed: int) -> O
 def random_pressures(
     domain: Domain, number: int, beyond: float, rng: np.random.Generator
 ) -> Float[np.ndarray, "n 3"]:
-    """Draw pressures [Pa] in a domain ``beyond`` times as large; too large sums are scaled to its edge."""
+    """Draw pressures [Pa] in a domain ``beyond`` times as large; those outside are scaled to its edge."""
     pressure = beyond * rng.random((number, 3)) * np.asarray(domain.pressure_max)
-    total = pressure.sum(axis=1, keepdims=True)
-    return pressure * np.minimum(1.0, beyond * domain.pressure_sum_max / total)
+    return np.minimum(pressure, beyond * edge(domain, pressure))
 
 
 FittedLaw = TypeVar("FittedLaw", RidgeNetwork, OrientedNetwork)

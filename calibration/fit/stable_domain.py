@@ -29,7 +29,7 @@ def unstable_pressures(law: AnyLaw, domain: Domain, seed: int = 0) -> Float[np.n
     pressure = np.zeros((0, 3))
     while len(pressure) < PRESSURES:
         more = rng.random((PRESSURES, 3)) * np.asarray(domain.pressure_max)
-        pressure = np.concatenate([pressure, more[more.sum(axis=1) <= domain.pressure_sum_max]])
+        pressure = np.concatenate([pressure, more[np.asarray(domain.covers_pressure(more.T))]])
     pressure = pressure[:PRESSURES]
     psi = 2.0 * np.pi * rng.random(PRESSURES)
     stiffness = np.asarray(_free_stiffness(law, jnp.asarray(pressure), jnp.asarray(psi)))

@@ -100,6 +100,8 @@ def scaled(calibration: Calibration, scale: Scale, provenance: Mapping[str, Any]
             pressure * domain.pressure_sum_max,
             moment * domain.moment_max,
             None if torque is None else moment * torque,
+            domain.beside_share,
+            pressure * domain.beside_max,
         ),
         error={name: _scaled_error(name, value, scale) for name, value in calibration.error.items()},
         provenance=provenance,

@@ -7,6 +7,7 @@ from calibration.sweep.dataset import load_dataset as load_dataset
 from calibration.sweep.dataset import save_dataset as save_dataset
 from calibration.sweep.design import LoadingPath as LoadingPath
 from calibration.sweep.design import design_paths as design_paths
+from calibration.sweep.design import edge as edge
 from calibration.sweep.design import inside as inside
 from calibration.sweep.errors import SweepError as SweepError
 from calibration.sweep.run_directory import END_COMPLIANCE as END_COMPLIANCE

@@ -38,10 +38,12 @@ MOMENT_STEPS = 2  # least number of load steps to the largest moment
 
 
 def edge(domain: Domain, direction: Vector) -> Vector:
-    """Return the pressures at which the ray along a direction leaves the domain, shape (3,) [Pa]."""
-    limits = np.append(np.asarray(domain.pressure_max), domain.pressure_sum_max)
-    rates = np.append(direction, direction.sum())
-    return direction * float(np.min(limits[rates > 0] / rates[rates > 0]))
+    """Return the pressures at which rays along directions (…, 3) leave the domain [Pa]."""
+    total = direction.sum(axis=-1, keepdims=True)
+    beside = direction + domain.beside_share * (total - direction)
+    limits = np.array([*domain.pressure_max, domain.pressure_sum_max, *[domain.beside_max] * 3])
+    uses = np.concatenate([direction, total, beside], axis=-1) / limits
+    return direction / uses.max(axis=-1, keepdims=True)
 
 
 def inside(domain: Domain, pressure: Vector, moment: Vector) -> NDArray[np.bool_]:
@@ -180,7 +182,7 @@ def _directions(rng: np.random.Generator) -> Iterator[Vector]:
 def _uniform_pressure(domain: Domain, rng: np.random.Generator) -> Vector:
     while True:
         pressure = rng.random(3) * np.asarray(domain.pressure_max)
-        if pressure.sum() <= domain.pressure_sum_max:
+        if domain.covers_pressure(pressure):
             return pressure
 
 

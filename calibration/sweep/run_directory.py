@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -106,12 +107,20 @@ class RunPlan:
             "body_area_m2": self.geometry.body_area,
             "mesh": level_record(self.level),
             "end_compliance": self.end_compliance,
-            "domain": asdict(self.domain),
+            "domain": _domain_record(self.domain),
             "seed": self.seed,
             "mirror": self.mirror,
             "pressure_step": PRESSURE_STEP,
             "design": design_text(self.actuator),
         }
+
+
+def _domain_record(domain: Domain) -> dict[str, Any]:
+    """Return a domain for JSON, which has no infinite limit."""
+    record = asdict(domain)
+    if math.isinf(domain.beside_max):
+        del record["beside_share"], record["beside_max"]
+    return record
 
 
 def whole_material(material: Mapping[str, Any]) -> dict[str, Any]:

@@ -32,6 +32,8 @@ _DOMAIN = Object(
         "pressure_sum_max": _PRESSURE,
         "moment_max": _MOMENT,
         "torque_max": Numbers(0.0, 1e6, "N m", null=True),
+        "beside_share": Numbers(0.0, 1.0, "1", optional=True),
+        "beside_max": Numbers(0.0, 1e8, "Pa", optional=True),
     }
 )
 _WINDING = Object(
@@ -121,9 +123,6 @@ def refuse_run(run: Mapping[str, Any]) -> None:
     refuse_faults(run, "attributes", DATASET_KEYS)
     level_from_record(run.get("mesh"), "attributes: mesh")
     ActuatorGeometry(**run["geometry"])
-    domain = run["domain"]
-    Domain(
-        tuple(domain["pressure_max"]), domain["pressure_sum_max"], domain["moment_max"], domain["torque_max"]
-    )
+    Domain(**{**run["domain"], "pressure_max": tuple(run["domain"]["pressure_max"])})
     if missing := _WOUND[run["layout"]] - set(run["winding"]):
         raise ValueError(f"attributes: winding: got no {', '.join(sorted(missing))}, expected it")

@@ -4,12 +4,13 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import cache
 from typing import Any, cast
 
 import numpy as np
 
 from calibration.sweep.design import LoadingPath, between
-from calibration.sweep.loading_sheet import Trace, only_gives_way, upright_states
+from calibration.sweep.loading_sheet import Trace, only_gives_way, states_in_plane, upright_states
 from fem_reference import (
     CellError,
     CellState,
@@ -42,6 +43,13 @@ class CellTracer:
         cell = PeriodCell.of(self.actuator, self.level, self.end_compliance)
         return lambda loads, start: follow(cell, loads, start=start, jumps=False)
 
+    def in_plane(self) -> Trace | None:
+        """Build a cell that keeps its plane of symmetry; None if the winding has none."""
+        if not self.actuator.winding.mirror_symmetric:
+            return None
+        cell = PeriodCell.of(self.actuator, self.level, self.end_compliance, symmetric=True)
+        return lambda loads, start: follow(cell, loads, start=start, jumps=False)
+
     def oriented(self, psi: float) -> "CellTracer":
         """Return the same factory for a winding at another ψ [rad]."""
         winding = replace(cast(DoubleHelix, self.actuator.winding), psi=psi)
@@ -56,18 +64,28 @@ def records_of(make_trace: Callable[[], Trace], path: LoadingPath) -> Iterator[d
     """Yield a path's records (`trace_path`) in a worker, with one cell for all paths of a winding."""
     maker = make_trace if path.psi is None else cast(CellTracer, make_trace).oriented(path.psi)
     if getattr(_mine, "made_by", None) != maker:
-        _mine.trace, _mine.made_by = maker(), maker
-    yield from trace_path(_mine.trace, path)
+        in_plane = maker.in_plane if isinstance(maker, CellTracer) else None
+        _mine.trace, _mine.in_plane, _mine.made_by = maker(), in_plane and cache(in_plane), maker
+    yield from trace_path(_mine.trace, path, _mine.in_plane)
 
 
-def trace_path(trace: Trace, path: LoadingPath) -> Iterator[dict[str, Any]]:
+def trace_path(
+    trace: Trace, path: LoadingPath, in_plane: Callable[[], Trace | None] | None = None
+) -> Iterator[dict[str, Any]]:
     """Yield records of a path's states, then one that says how it ended.
 
-    Where the section loses its lateral stability, the path goes on at imposed curvature (`upright_states`);
-    it ends where the walls lose their balance. States beyond that are on another branch. It also ends where
-    the Hessians of two neighbouring states do not explain their difference after bisection, because the
-    continuation may have stepped over a snap to another stable branch. After a failure the path is traced
-    once more from its last state, in smaller steps.
+    Where the section loses its lateral stability, the path goes on: in the plane of symmetry if its loads
+    lie there (`states_in_plane`), else at imposed curvature (`upright_states`). It ends where the walls lose
+    their balance. States beyond that are on another branch. It also ends where the Hessians of two
+    neighbouring states do not explain their difference after bisection, because the continuation may have
+    stepped over a snap to another stable branch. After a failure the path is traced once more from its last
+    state, in smaller steps.
+
+    Parameters
+    ----------
+    trace : continuation of the cell.
+    path : loads to follow.
+    in_plane : factory of the continuation of a cell that keeps its plane of symmetry, if there is one.
     """
     start: CellState | None = None
     left = list(path.loads)
@@ -77,7 +95,8 @@ def trace_path(trace: Trace, path: LoadingPath) -> Iterator[dict[str, Any]]:
             for reached in trace(list(left), start):
                 for state in _with_states_between(trace, start, reached, HALVINGS):
                     if only_gives_way(state) and start is not None:
-                        yield from _upright(trace, start, left, attempt, asdict(state.load))
+                        upright = _sheet(trace, in_plane, start, left)
+                        yield from _upright(upright, left, attempt, asdict(state.load))
                         return
                     yield state_record(state, attempt, time.perf_counter() - clock)
                     if _lost(state):
@@ -91,7 +110,7 @@ def trace_path(trace: Trace, path: LoadingPath) -> Iterator[dict[str, Any]]:
         except CellError as error:
             at = None if error.reached is None else asdict(error.reached)
             if error.unstable and start is not None:
-                yield from _upright(trace, start, left, attempt, at)
+                yield from _upright(_sheet(trace, in_plane, start, left), left, attempt, at)
                 return
             if error.unstable:
                 yield {"end": {"unstable": at, "attempts": attempt}}
@@ -105,21 +124,34 @@ def trace_path(trace: Trace, path: LoadingPath) -> Iterator[dict[str, Any]]:
     yield {"end": {"attempts": attempt}}
 
 
-def _upright(
-    trace: Trace, start: CellState, left: Sequence[Load], attempt: int, lost: dict[str, Any] | None
-) -> Iterator[dict[str, Any]]:
-    """Yield records of states at imposed curvature under the loads that are left, then one of the end.
+def _sheet(
+    trace: Trace, in_plane: Callable[[], Trace | None] | None, start: CellState, left: Sequence[Load]
+) -> Iterator[tuple[Load, CellState]]:
+    """Yield loads and states of the upright section after ``start``; see `loading_sheet`."""
+    if in_plane is not None and all(load.in_plane for load in (start.load, *left)):
+        symmetric = in_plane()
+        if symmetric is not None:
+            yield from states_in_plane(symmetric, start, left)
+            return
+    yield from upright_states(trace, start, left)
 
-    ``lost`` is the load at which the path is unstable without an imposed curvature.
+
+def _upright(
+    states: Iterator[tuple[Load, CellState]], left: Sequence[Load], attempt: int, lost: dict[str, Any] | None
+) -> Iterator[dict[str, Any]]:
+    """Yield records of the states of the upright section, then one of how the path ends.
+
+    ``left`` are the path's loads, ``lost`` that at which the section gives way.
     """
-    clock, reached = time.perf_counter(), 0
-    for load, state in upright_states(trace, start, left):
+    clock = time.perf_counter()
+    reached: Load | None = None
+    for load, state in states:
         yield state_record(state, attempt, time.perf_counter() - clock, load)
-        clock, reached = time.perf_counter(), reached + 1
-    if reached == len(left):
+        clock, reached = time.perf_counter(), load
+    if reached == left[-1]:
         yield {"end": {"attempts": attempt}}
     else:
-        at = asdict(left[reached]) if reached else lost
+        at = lost if reached is None else asdict(reached)
         yield {"end": {"unstable": at, "attempts": attempt}}
 
 

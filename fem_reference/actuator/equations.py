@@ -47,8 +47,8 @@ from fem_reference.mesh import (
     CHAMBERS,
     MILLIMETRE,
     TOP,
-    BodyMesh,
     actuator_mesh,
+    even_mesh,
     mirror_images,
     mirror_pairs,
     symmetrised,
@@ -102,7 +102,7 @@ class ActuatorEquations:
         geometry = model.geometry
         self.mesh = actuator_mesh(geometry, model.level)
         if model.symmetric:
-            self.mesh = _even(self.mesh)
+            self.mesh = even_mesh(self.mesh)
         self.nodes = len(self.mesh.points)
         self.thread = ThreadSegments(
             self.mesh,
@@ -311,13 +311,3 @@ class ActuatorEquations:
         }
         own = own_after(stiff, at.own, linear.laws, linear.gradients, linear.positions, step, fraction)
         return Deformation(at.positions + fraction * step, own["solid"], own["thread"], own["core"])
-
-
-def _even(mesh: BodyMesh) -> BodyMesh:
-    """The mesh as its own mirror image to round-off, so that half of it stands for all of it."""
-    image = mirror_images(mesh.points)
-    if image is None:
-        raise ValueError(
-            "symmetric: got a geometry without it, expected its own mirror image in the plane y = 0"
-        )
-    return replace(mesh, points=symmetrised(mesh.points, image))

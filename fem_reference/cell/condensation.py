@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from fem_reference.algebra import SymmetricSolver
-from fem_reference.cell.equations import CellEquations
+from fem_reference.cell.equations import ACROSS, CellEquations
 from fem_reference.cell.state import CellLinearisation, Configuration
 from fem_reference.solver import Equilibrium
 
@@ -61,6 +61,8 @@ def condense(
     # Round-off of the two triangular solves leaves an asymmetry of about 1e-12.
     hessian = 0.5 * (hessian + hessian.T)
     bent = int((np.linalg.eigvalsh(hessian[:3, :3]) <= 0.0).sum())
+    if equations.fold is not None:
+        hessian[ACROSS, ACROSS] = 0.0
     return SectionDerivatives(
         linear.strain_residual[:3] / equations.period, hessian, turned_over, turned_over + bent
     )

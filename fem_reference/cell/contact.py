@@ -24,7 +24,7 @@ class CellContact(Contact[Configuration, CellLinearisation]):
     def convexified(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
         """See `Contact.convexified`."""
         equations, frame = self._equations, linear.frame
-        unknowns = CellUnknowns(frame)
+        unknowns = CellUnknowns(frame, equations.fold)
         return convexified(linear.data, equations.walls, frame.positions, equations.pattern, unknowns)
 
     def core_curvature_stiffness(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:

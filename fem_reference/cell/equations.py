@@ -10,14 +10,16 @@ ends; they give, and the silicone between them becomes longer. A section takes t
 core. Where the ends give nothing, λ = 1.
 
 Two multipliers fix the gauge: the bottom section's mean axial slip and mean rotation about the core are zero.
+
+A cell may keep its plane of symmetry, y = 0: mirror images share unknowns, and u1 and u3 stay zero.
 """
 
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
-from fem_reference.algebra import SparsePattern, scatter
+from fem_reference.algebra import DofMap, SparsePattern, scatter
 from fem_reference.cell.axial import AxialStiffness
 from fem_reference.cell.core_contact import CellCoreContact, CoreContactGroup, CoreContactResponse
 from fem_reference.cell.helical_periodicity import HelicalFrame, HelicalMap
@@ -46,7 +48,18 @@ from fem_reference.elements import (
 )
 from fem_reference.geometry import ActuatorGeometry, Core, Thread, Winding
 from fem_reference.materials import Material
-from fem_reference.mesh import BOTTOM, CAVITY, CHAMBERS, MILLIMETRE, MeshLevel, body_mesh
+from fem_reference.mesh import (
+    BOTTOM,
+    CAVITY,
+    CHAMBERS,
+    MILLIMETRE,
+    MeshLevel,
+    body_mesh,
+    even_mesh,
+    mirror_images,
+    mirror_pairs,
+    symmetrised,
+)
 from fem_reference.walls import WallContact
 
 # Compliance of the gauge [mm/N]. It violates the gauge by less than 1e-9 mm, and gives its pivots a sign.
@@ -54,6 +67,8 @@ _GAUGE_COMPLIANCE = 1e-9
 _MPA = 1e6
 #: Number of gauges: mean slip and mean rotation.
 GAUGES = 2
+#: Components of the strain that bend or twist the body out of the plane of symmetry: u1 and u3.
+ACROSS = [0, 2]
 #: Name of the force group of the cavity's nodes against the core.
 CORE_CONTACT = "core contact"
 
@@ -67,6 +82,12 @@ class CellEquations:
     level : mesh density.
     axial_stiffness : k, of the ends by the body's length [N]; None where they hold the silicone's length.
     core : central rod; by default the paper's.
+    symmetric : whether the body keeps its plane of symmetry, y = 0.
+
+    Raises
+    ------
+    ValueError
+        If it should keep the plane, and geometry or winding do not have it.
     """
 
     def __init__(
@@ -78,9 +99,12 @@ class CellEquations:
         level: MeshLevel,
         axial_stiffness: float | None = None,
         core: Core | None = None,
+        symmetric: bool = False,
     ) -> None:
         winding.refuse_overlap(thread)
         self.mesh = body_mesh(geometry, winding.period, level, winding.interval)
+        if symmetric:
+            self.mesh = even_mesh(self.mesh)
         # Threads begin where their circumference is clear of the bottom face, and so end in the next period.
         cylinder = (geometry.winding_diameter / 2.0, winding.period, level.around, thread.radius)
         ends = [line[:, 2].max() for line in winding.polylines(*cylinder)]
@@ -89,7 +113,9 @@ class CellEquations:
         self.period = self.helical.period
         #: Length of the core's axis on which closest points are sought [mm].
         self.reach = 2.0 * self.period
-        self.solid = SolidElements(self.mesh, material)
+        #: With the plane of symmetry, one hexahedron of two mirror images, which counts twice.
+        self.halves = mirror_pairs(self.mesh.points[self.mesh.elements].mean(axis=1), symmetric)
+        self.solid = SolidElements(self.mesh, material, self.halves)
         self.thread = ThreadSegments(self.helical.continued, winding, thread, *cylinder)
         #: Force groups of the nodes that take neither pressures nor the strain.
         self.groups: dict[str, ForceGroup] = {
@@ -108,13 +134,59 @@ class CellEquations:
         modulus = (core or Core()).young_modulus / _MPA
         self._axial = AxialStiffness(modulus * np.pi * radius**4 / 4.0, axial_stiffness)
         self._rest_positions = self.mesh.points[self.helical.independent]
+        self._image = self._images() if symmetric else None
+        held = np.zeros((self.helical.count, 3), dtype=bool)
+        dofs = DofMap.but_for(held) if self._image is None else DofMap.mirrored(held, self._image)
+        #: Sums components of the independent nodes to unknowns if mirror images share them; None if not.
+        self.fold = dofs.fold if symmetric else None
         self._gauge = self._gauge_rows()
+        self._folded_gauge = self._gauge if self.fold is None else (self.fold @ self._gauge.T).T
         self._gauge_entries = self._gauge_matrix_entries()
-        self.size = 3 * self.helical.count + GAUGES
-        number = self.helical.reduced_dofs
-        dofs = local_dofs({**self.groups, **pressure_groups(self.chambers, np.zeros(3))}, number)
-        dofs[CORE_CONTACT] = number(self.rod.nodes[:, None])
-        self.pattern = SparsePattern(self.size, dofs, self._gauge_entries[:2])
+        self.size = dofs.size + GAUGES
+        self.pattern = self._sparse_pattern(dofs, symmetric)
+
+    def _sparse_pattern(self, unknown: DofMap, symmetric: bool) -> SparsePattern:
+        groups = {**self.groups, **pressure_groups(self.chambers, np.zeros(3))}
+        dofs = local_dofs(groups, lambda nodes: unknown.of(self.helical.base[nodes])[0])
+        points = {name: group.connectivity for name, group in groups.items()}
+        points[CORE_CONTACT] = self.rod.nodes[:, None]
+        dofs[CORE_CONTACT] = unknown.of(self.helical.base[points[CORE_CONTACT]])[0]
+        signs = {name: unknown.of(self.helical.base[nodes])[1] for name, nodes in points.items()}
+        return SparsePattern(self.size, dofs, self._gauge_entries[:2], signs if symmetric else None)
+
+    def _images(self) -> Int[np.ndarray, " free"]:
+        """Every independent node's mirror image."""
+        image = mirror_images(self._rest_positions)
+        if image is None or mirror_images(self.thread.points(self.helical.continued.points)) is None:
+            raise ValueError(
+                "symmetric: got a winding without it, expected its own mirror image in the plane y = 0"
+            )
+        return image
+
+    def symmetrised(self, at: Configuration) -> Configuration:
+        """A configuration of the cell without the plane of symmetry, made its own mirror image.
+
+        The own forces of the hexahedra that stand for two are kept.
+        """
+        if self._image is None:
+            return at
+        whole = len(at.element_pressure) == len(self.halves.standing_for)
+        return replace(
+            at,
+            positions=symmetrised(at.positions, self._image),
+            strain=at.strain * [0.0, 1.0, 0.0, 1.0],
+            element_pressure=at.element_pressure[self.halves.kept] if whole else at.element_pressure,
+        )
+
+    def displacement(self, unknowns: Float[np.ndarray, " q"]) -> Float[np.ndarray, "free 3"]:
+        """Displacement of the independent nodes when the unknowns change [mm]."""
+        moved = unknowns if self.fold is None else self.fold.T @ unknowns
+        return np.asarray(moved).reshape(-1, 3)
+
+    def _folded(self, columns: Float[np.ndarray, "free 3 m"]) -> Float[np.ndarray, "q m"]:
+        """Columns over the independent nodes as columns over the unknowns and the multipliers."""
+        flat = columns.reshape(-1, columns.shape[2])
+        return _over_gauges(flat if self.fold is None else self.fold @ flat)
 
     def _core_contact(self, radius: float) -> CellCoreContact:
         base = self.helical.base[: len(self.mesh.points)]
@@ -138,13 +210,13 @@ class CellEquations:
 
     def _gauge_matrix_entries(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Rows, columns and values of the gauge in the system's upper triangle."""
-        gauge, node = np.nonzero(self._gauge)
-        first = self._gauge.shape[1]
+        gauge, node = np.nonzero(self._folded_gauge)
+        first = self._folded_gauge.shape[1]
         own = first + np.arange(GAUGES)
         return (
             np.concatenate([node, own]),
             np.concatenate([first + gauge, own]),
-            np.concatenate([self._gauge[gauge, node], np.full(GAUGES, -_GAUGE_COMPLIANCE)]),
+            np.concatenate([self._folded_gauge[gauge, node], np.full(GAUGES, -_GAUGE_COMPLIANCE)]),
         )
 
     def rest(self) -> Configuration:
@@ -215,7 +287,7 @@ class CellEquations:
         series = self.series(at)
         frame = HelicalFrame(self.helical, at.positions, series)
         x = frame.positions
-        core, unknowns = self.rod.response(x, series), CellUnknowns(frame)
+        core, unknowns = self.rod.response(x, series), CellUnknowns(frame, self.fold)
         own: dict[str, Own] = {} if exact else at.own
         pairs = None if before is None else before.pairs
         groups = self._loaded(pressure, core, viscous)
@@ -238,6 +310,15 @@ class CellEquations:
         )
         volume_free, volume_strain = frame.pull_columns(volume_force)
         axial = self.period * self._axial.energy(at.strain).second
+        node_strain = self._folded(free_columns + mixed)
+        strain_strain = strain_columns + strain_geometric + core.strain_stiffness + axial
+        strain_pressure = -volume_strain
+        if self.fold is not None:
+            node_strain[:, ACROSS] = 0.0
+            strain_strain[ACROSS, :] = strain_strain[:, ACROSS] = 0.0
+            # Any stiffness keeps them at zero.
+            strain_strain[ACROSS, ACROSS] = self.period
+            strain_pressure[ACROSS, :] = 0.0
         return CellLinearisation(
             residual=residual,
             data=found.data,
@@ -245,10 +326,10 @@ class CellEquations:
             pairs=found.pairs,
             slack=self.thread.slack(at.segment_tension),
             strain_residual=strain_residual,
-            node_strain=_over_gauges((free_columns + mixed).reshape(-1, 4)),
-            node_pressure=_over_gauges(-volume_free.reshape(-1, 3)),
-            strain_strain=strain_columns + strain_geometric + core.strain_stiffness + axial,
-            strain_pressure=-volume_strain,
+            node_strain=node_strain,
+            node_pressure=self._folded(-volume_free),
+            strain_strain=strain_strain,
+            strain_pressure=strain_pressure,
             volume=np.array([c.volume(x) for c in self.chambers]),
             frame=frame,
             laws=found.laws,
@@ -288,11 +369,15 @@ class CellEquations:
         """Residuals conjugate to nodes and multipliers, and to the strain, from the forces on all nodes."""
         free_force, strain_force = frame.pull_force(force)
         slip = self._gauge @ (at.positions - self._rest_positions).ravel()
+        on_nodes = free_force.ravel() if self.fold is None else self.fold @ free_force.ravel()
         residual = np.concatenate(
-            [free_force.ravel() + at.multipliers @ self._gauge, slip - _GAUGE_COMPLIANCE * at.multipliers]
+            [on_nodes + at.multipliers @ self._folded_gauge, slip - _GAUGE_COMPLIANCE * at.multipliers]
         )
         axial = self.period * self._axial.energy(at.strain).first
-        return residual, strain_force + core.strain_force + axial
+        strain_residual = strain_force + core.strain_force + axial
+        if self.fold is not None:
+            strain_residual[ACROSS] = 0.0
+        return residual, strain_residual
 
     def advance(
         self, at: Configuration, step: Step, fraction: float, linear: CellLinearisation

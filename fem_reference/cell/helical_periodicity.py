@@ -58,11 +58,6 @@ class HelicalMap:
             {},
         )
 
-    def reduced_dofs(self, connectivity: Int[np.ndarray, "blocks nodes"]) -> Int[np.ndarray, "blocks dofs"]:
-        """Degrees of freedom of the independent nodes that the nodes of ``connectivity`` follow."""
-        base = self.base[connectivity]
-        return (3 * base[:, :, None] + np.arange(3)).reshape(len(base), 3 * base.shape[1])
-
 
 def _next_period(
     mesh: BodyMesh, overlap: float

@@ -75,6 +75,12 @@ class Load:
             if getattr(self, name) is not None:
                 as_vector(name, getattr(self, name), unit)
 
+    @property
+    def in_plane(self) -> bool:
+        """Whether the load is its own mirror image in the plane y = 0."""
+        bend = self.curvature or self.moment or (0.0, 0.0, 0.0)
+        return self.pressure[1] == self.pressure[2] and bend[0] == bend[2] == 0.0
+
     def _target(self) -> CellTarget:
         pressure = np.asarray(self.pressure, float) / _MPA
         if self.curvature is not None:
@@ -95,7 +101,8 @@ class CellState:
     stretch : of the silicone along the core.
     energy : Π(u, p) − Π(0, 0) [J/m].
     volume : of each chamber per length, −∂Π/∂p [m²].
-    hessian : ∂²Π in (u, p), 6 by 6, symmetric.
+    hessian : ∂²Π in (u, p), 6 by 6, symmetric; of a symmetric cell, for changes in its plane, and zero for
+        others.
     iterations : Newton iterations spent since the state before.
     residual : largest nodal force left [N].
     stable : whether the cell is at a minimum of its energy under this load; None if not known, as where
@@ -158,11 +165,15 @@ class PeriodCell:
         ends [m/N]. By default the ends are rigid.
     solver : linear solver; by default MKL PARDISO where it is installed.
     options : of the nonlinear solvers.
+    symmetric : whether the cell keeps its plane of symmetry, y = 0, through the middle of chamber 1. That
+        halves the unknowns, and a path goes on where the section would lean to one side, as an actuator's
+        does that is held upright. Loads must be in the plane, and so are the derivatives of its states.
 
     Raises
     ------
     ValueError
-        For an unknown mesh level or a negative compliance.
+        For an unknown mesh level, a negative compliance, or a plane of symmetry that geometry or winding do
+        not have.
     """
 
     def __init__(
@@ -176,6 +187,7 @@ class PeriodCell:
         solver: SymmetricSolver | None = None,
         options: SolverOptions | None = None,
         core: Core | None = None,
+        symmetric: bool = False,
     ) -> None:
         if not (np.isfinite(end_compliance) and end_compliance >= 0.0):
             raise ValueError(
@@ -198,7 +210,9 @@ class PeriodCell:
             self.level,
             self.geometry.body_length / end_compliance if end_compliance > 0.0 else None,
             self.core,
+            symmetric,
         )
+        self.symmetric = symmetric
         self._problem = CellProblem(self.equations)
         self._solver = solver or default_solver(definite=True, single=True)
         self.options = options or SolverOptions()
@@ -213,13 +227,14 @@ class PeriodCell:
         end_compliance: float | None = None,
         solver: SymmetricSolver | None = None,
         options: SolverOptions | None = None,
+        symmetric: bool = False,
     ) -> "PeriodCell":
         """Return the cell of a design.
 
         Parameters
         ----------
         design : actuator.
-        level, solver, options : see `PeriodCell`.
+        level, solver, options, symmetric : see `PeriodCell`.
         end_compliance : see `PeriodCell`; by default that of the design, or rigid ends where it has none.
         """
         own = design.end_compliance or 0.0
@@ -233,6 +248,7 @@ class PeriodCell:
             solver=solver,
             options=options,
             core=design.core,
+            symmetric=symmetric,
         )
 
     @property
@@ -246,7 +262,15 @@ class PeriodCell:
         return self.equations.size
 
     def refuse(self, load: Load) -> None:
-        """Raise a ValueError for a moment or a curvature so large that it seems to be in another unit."""
+        """Raise a ValueError for a moment or a curvature so large that it seems to be in another unit.
+
+        Likewise for a load that leaves the plane of symmetry, if the cell keeps it.
+        """
+        if self.symmetric and not load.in_plane:
+            raise ValueError(
+                f"load: got {load} for a symmetric cell, expected equal pressures in chambers 2 and 3, and "
+                "moment or curvature about y alone"
+            )
         diameter = self.geometry.body_diameter
         if load.moment is not None:
             most = MOMENT_SHARE * self.material.shear_modulus * diameter**3
@@ -344,7 +368,8 @@ def follow(
         here, target, step = cell._at_rest(), _UNLOADED, _FIRST_STEP
         if start is not None:
             target, step = start.load._target(), _STEP_FROM_A_START
-            here = solve_equilibrium(problem, solver, target, start.configuration, options=cell.options)
+            begun = cell.equations.symmetrised(start.configuration)
+            here = solve_equilibrium(problem, solver, target, begun, options=cell.options)
         follower = PathFollower(problem, solver, here, target, step, creeps=jumps, options=cell.options)
         for load in loads:
             cell.refuse(load)

@@ -172,7 +172,7 @@ class CellProblem(Problem[Configuration, CellTarget, CellLinearisation, Step, Vi
             lacking = -self._strain_residual(linear, target)[unknown] - coupling.T @ dq
             strain[unknown] = np.linalg.solve(schur, lacking)
             dq = dq - softness @ strain[unknown]
-        return Step(dq[:-GAUGES].reshape(-1, 3), strain, dq[-GAUGES:])
+        return Step(self.equations.displacement(dq[:-GAUGES]), strain, dq[-GAUGES:])
 
     def size(self, step: Step, linear: CellLinearisation) -> float:
         """Root-mean-square displacement of the nodes in a step [mm], the turn of the top face included."""
@@ -230,8 +230,9 @@ class CellProblem(Problem[Configuration, CellTarget, CellLinearisation, Step, Vi
         way = negative_direction(solver, len(linear.residual), self.constraints)
         if way is None:
             return None
+        way = self.equations.displacement(way)
         way *= self.tolerances.noise / np.abs(way).max()
-        guess = replace(at, positions=at.positions + way.reshape(-1, 3))
+        guess = replace(at, positions=at.positions + way)
         return guess if self.may_start(at, guess) else None
 
     def distance(self, at: Configuration, other: Configuration) -> float:

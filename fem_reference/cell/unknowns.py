@@ -14,10 +14,11 @@ class CellUnknowns:
     Parameters
     ----------
     frame : positions of all nodes in the independent ones and the strain.
+    fold : sums components of the independent nodes to unknowns, where mirror images share them.
     """
 
-    def __init__(self, frame: HelicalFrame) -> None:
-        self._frame = frame
+    def __init__(self, frame: HelicalFrame, fold: sparse.csr_matrix | None = None) -> None:
+        self._frame, self._fold = frame, fold
         #: K ∂x/∂y over all nodes (node, 3, y), summed over the local matrices so far.
         self.columns = np.zeros_like(frame.strain_motion)
 
@@ -31,6 +32,8 @@ class CellUnknowns:
     def entries(self, matrix: sparse.spmatrix) -> Entries:
         """See `Unknowns.entries`."""
         transformation = self._frame.transformation()
+        if self._fold is not None:
+            transformation = transformation @ self._fold.T
         reduced = (transformation.T @ matrix @ transformation).tocoo()
         upper = reduced.row <= reduced.col
         return reduced.row[upper].astype(np.int64), reduced.col[upper].astype(np.int64), reduced.data[upper]

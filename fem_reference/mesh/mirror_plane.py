@@ -5,11 +5,13 @@ leave half the unknowns; modes that break the symmetry are excluded, so that the
 symmetric modes only. Elements are evaluated on one half. Lengths are in millimetres.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial import cKDTree
+
+from fem_reference.mesh.body_mesh import BodyMesh
 
 # A point this close to another one's image is that image [mm]; gmsh's arcs are accurate to 3e-8 mm.
 _SAME = 1e-6
@@ -60,3 +62,13 @@ def symmetrised(
     """Symmetric part of a vector field: the mean of each vector and its image's mirrored vector."""
     mean: np.ndarray = 0.5 * (vectors + vectors[image] * _MIRROR)
     return mean
+
+
+def even_mesh(mesh: BodyMesh) -> BodyMesh:
+    """The mesh as its own mirror image to round-off, so that half of it stands for all of it."""
+    image = mirror_images(mesh.points)
+    if image is None:
+        raise ValueError(
+            "symmetric: got a geometry without it, expected its own mirror image in the plane y = 0"
+        )
+    return replace(mesh, points=symmetrised(mesh.points, image))

@@ -63,9 +63,12 @@ def without_nodes(u: np.ndarray) -> Configuration:
 
 
 def solve(load: Load, start: CellState | None = None) -> CellState:
-    """Newton on ∂Π/∂u = m, from the state before."""
+    """Newton on ∂Π/∂u = m, from the state before; nothing is to be solved at an imposed curvature."""
     p, m = np.asarray(load.pressure), np.asarray(load.moment)
     u = np.asarray(free_curvature(p)) if start is None else start.curvature
+    if load.curvature is not None:
+        u = np.asarray(load.curvature)
+        m = np.asarray(_derivatives(jnp.concatenate([u, p]))[1])[:3]
     for iteration in range(1, 50):
         value, gradient, hessian = map(np.asarray, _derivatives(jnp.concatenate([u, p])))
         residual = gradient[:3] - m

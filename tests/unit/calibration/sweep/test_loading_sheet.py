@@ -11,7 +11,7 @@ import pytest
 from manufactured_cell import without_nodes
 
 from calibration.sweep.design import LoadingPath
-from calibration.sweep.loading_sheet import foreseen_curvature, only_gives_way
+from calibration.sweep.loading_sheet import STEPS, foreseen_curvature, only_gives_way
 from calibration.sweep.tracing import trace_path
 from fem_reference import CellError, CellState, Load
 
@@ -67,12 +67,40 @@ def test_beyond_the_loss_of_lateral_stability_curvature_is_imposed_until_the_wal
     pressure = np.array([state["pressure"][0] for state in states])
     held = np.array([state["held"] for state in states])
     np.testing.assert_array_equal(held, pressure > SECTION)
-    assert pressure[-1] < WALLS < pressure[-1] + 3e3
+    step = 3e3 / STEPS
+    np.testing.assert_allclose(np.diff(pressure[held == 1]), step)
+    assert pressure[-1] < WALLS <= pressure[-1] + step
     assert all(state["stable"] == 1 for state in states)
-    assert end["end"]["unstable"]["pressure"][0] == pressure[-1] + 3e3
+    assert end["end"]["unstable"]["pressure"][0] == pressure[-1]
     # Here the curvature in the plane is linear in the pressure, so that it is foreseen exactly.
     np.testing.assert_allclose([state["moment"] for state in states], 0.0, atol=1e-15)
     np.testing.assert_allclose([state["curvature"][1] for state in states], G / EI * pressure, rtol=1e-12)
+
+
+def test_in_the_plane_of_symmetry_the_load_stays_and_only_the_derivatives_across_are_kept():
+    def symmetric(loads, start):
+        for load in loads:
+            yield replace(state_at(load), hessian=np.diag([0.0, 3e-4, 0.0, 1e-9, 2e-9, 2e-9]), stable=True)
+
+    *states, end = trace_path(trace, path_to(80.0), lambda: symmetric)
+    pressure = np.array([state["pressure"][0] for state in states])
+    held = np.array([bool(state["held"]) for state in states])
+    np.testing.assert_array_equal(held, pressure > SECTION)
+    assert end == {"end": {"attempts": 1}}
+    last = np.array(states[held.argmax() - 1]["hessian"])
+    for state in np.array([state["hessian"] for state in states])[held]:
+        np.testing.assert_allclose(state[[0, 2], [0, 2]], last[[0, 2], [0, 2]])
+        assert state[1, 1] == 3e-4
+        np.testing.assert_allclose(state[4:, 4:], np.full((2, 2), 1e-9), atol=1e-15)
+
+
+def test_loads_out_of_the_plane_are_followed_at_imposed_curvature():
+    def never():
+        raise AssertionError("the plane is left")
+
+    loads = tuple(Load((1e3 * p, 1e3, 0.0)) for p in np.arange(3.0, 80.0, 3.0))
+    *states, _ = trace_path(trace, LoadingPath("p", "train", loads), never)
+    assert any(state["held"] for state in states)
 
 
 def test_a_path_that_ends_before_is_as_it_was():
@@ -92,7 +120,7 @@ def test_a_path_ends_where_walls_snap_aside():
 
     *states, end = trace_path(snapping, path_to(80.0))
     assert states[-1]["pressure"][0] == 60e3
-    assert end["end"]["unstable"]["pressure"][0] == 63e3
+    assert end["end"]["unstable"]["pressure"][0] == 60e3
 
 
 def test_a_held_state_that_does_not_converge_ends_the_path():

@@ -186,6 +186,19 @@ class Domain:
             inside &= p + self.beside_share * (total - p) <= _SLACK * self.beside_max
         return inside
 
+    def largest_pressures(self, unit: str) -> str:
+        """Return the limits of the pressures in words, in Pa or kPa. Each rod of a stack has its own."""
+        factor = {"Pa": 1.0, "kPa": 1e-3}[unit]
+        limits = (*self.pressure_max, self.pressure_sum_max, self.beside_max)
+        first, second, third, total, beside = (
+            f"{factor * p:g}" if _is_number(p) else "its largest" for p in limits
+        )
+        each = f"{first}, {second}, {third} {unit} in chambers 1, 2, 3"
+        if _is_number(self.beside_max) and math.isinf(self.beside_max):
+            return f"{each} and {total} {unit} in sum"
+        share = f"{self.beside_share:g}" if _is_number(self.beside_share) else "its share"
+        return f"{each}, {total} {unit} in sum, and {beside} {unit} in each with {share} of the two others"
+
     def covers_moment(self, moment: Three) -> Any:
         """Return whether a moment [N m], body frame, is inside."""
         x, y, z = (m / axis for m, axis in zip(moment, self.moment_axes, strict=True))

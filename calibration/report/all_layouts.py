@@ -10,7 +10,7 @@ from calibration.provenance import sha256
 from calibration.report.law_report import judge
 from calibration.sweep import DatasetError, attributes, load_dataset
 from calibration.truth import Verdict, case_of, judgement, layout_of, title
-from rodmodel import Calibration
+from rodmodel import Calibration, Domain
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ def markdown(
         training = row.calibration.provenance.get("training", {})
         cells = [
             title(row.calibration.layout) + ("" if row.recomputed else " (as its file states)"),
-            f"{limits}; {1e-3 * domain.pressure_sum_max:g} in sum",
+            f"{limits}; {1e-3 * domain.pressure_sum_max:g} in sum{_beside(domain)}",
             str(training.get("ridges", "—")),
             _counts(training),
             _counts(row.error),
@@ -161,6 +161,12 @@ def coverage_rows(shares: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any
         *(("{:.3g} to {:.3g} kPa in sum".format(*row["pressure_sum_kpa"]), row) for row in fifths),
         ("all", shares["all"]),
     ]
+
+
+def _beside(domain: Domain) -> str:
+    if math.isinf(domain.beside_max):
+        return ""
+    return f"; {1e-3 * domain.beside_max:g} in each with {domain.beside_share:.3g} of the others"
 
 
 def _counts(row: Mapping[str, Any]) -> str:

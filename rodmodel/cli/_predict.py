@@ -133,11 +133,8 @@ def stopped(record: dict[str, Any]) -> str:
 
 
 def _check_domain(rod: "rodmodel.core.CoreRod", pressure: np.ndarray, words: list[str]) -> None:
-    domain = rod.domain
-    if not domain.covers_pressure(pressure):
-        first, second, third = (1e-3 * maximum for maximum in domain.pressure_max)
+    if not rod.domain.covers_pressure(pressure):
         raise InputError(
             f"--pressure-kpa: got {' '.join(words)!r}, expected pressures inside the calibration: "
-            f"at most {first:g}, {second:g}, {third:g} kPa in chambers 1, 2, 3 "
-            f"and {1e-3 * domain.pressure_sum_max:g} kPa in sum"
+            f"at most {rod.domain.largest_pressures('kPa')}"
         )

@@ -1,6 +1,8 @@
 """Workspace of a rod: poses at pressures that fill the calibrated domain."""
 
+import math
 from collections.abc import Callable, Mapping
+from itertools import combinations
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,6 +12,9 @@ from rodmodel.core import CoreRod
 
 # Samples solved between two reports of progress.
 _BATCH = 1024
+
+# Determinant of normals that count as parallel, and slack of a corner in its other limits: rounding.
+_PARALLEL = 1e-9
 
 # Steps of an additive quasirandom sequence in three dimensions: powers of the root of x⁴ = x + 1 (Roberts
 # 2018, The unreasonable effectiveness of quasirandom sequences).
@@ -75,18 +80,15 @@ def workspace(
 
 def _face(domain: Domain, without: int, count: int) -> np.ndarray:
     """Return about `count` points of the face without one chamber, edges and corners included, (n, 3)."""
-    pair = [chamber for chamber in range(3) if chamber != without]
-    first, second = (domain.pressure_max[chamber] for chamber in pair)
-    total = min(domain.pressure_sum_max, first + second)
+    normals, bounds = _limits(domain)
+    normals = np.delete(normals, without, axis=1)
     # Rays from the corner without pressure to the far side, through its corners too.
     rays = max(3, round(np.sqrt(count)))
     angle = np.linspace(0.0, 0.5 * np.pi, rays)
     directions = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    corners = np.array([(first, min(second, total - first)), (min(first, total - second), second)])
+    corners = _corners(normals, bounds)
     directions = np.concatenate([directions, corners / np.linalg.norm(corners, axis=1)[:, None]])
-    with np.errstate(divide="ignore"):
-        limits = [first / directions[:, 0], second / directions[:, 1], total / directions.sum(axis=1)]
-    far = np.min(limits, axis=0)[:, None] * directions
+    far = directions / (directions @ normals.T / bounds).max(axis=1)[:, None]
     fractions = np.linspace(0.0, 1.0, max(3, round(count / len(directions))))[1:]
     points = np.concatenate([np.zeros((1, 2)), *(fraction * far for fraction in fractions)])
     return np.insert(points, without, 0.0, axis=1)
@@ -94,8 +96,32 @@ def _face(domain: Domain, without: int, count: int) -> np.ndarray:
 
 def _inside(domain: Domain, count: int) -> np.ndarray:
     """Return `count` points inside the domain, spread evenly, (n, 3)."""
+    normals, bounds = _limits(domain)
     largest = np.array(domain.pressure_max)
-    share = min(1.0, domain.pressure_sum_max / largest.sum()) ** 3
+    # The box of the largest pressures, made so small that it is inside, is the least that the domain holds.
+    share = float((bounds / (normals @ largest)).min()) ** 3
     number = np.arange(1, int(8 * count / share) + 9)[:, None]
     points = largest * np.mod(0.5 + number * _STEPS, 1.0)
-    return points[points.sum(axis=1) <= domain.pressure_sum_max][:count]
+    return points[np.all(points @ normals.T <= bounds, axis=1)][:count]
+
+
+def _limits(domain: Domain) -> tuple[np.ndarray, np.ndarray]:
+    """Return the domain's upper limits, normals · pressure ≤ bounds, (n, 3) and (n,) [Pa]."""
+    normals = [np.eye(3), np.ones((1, 3))]
+    bounds = [*domain.pressure_max, domain.pressure_sum_max]
+    if domain.beside_max < math.inf:
+        normals.append(domain.beside_share + (1.0 - domain.beside_share) * np.eye(3))
+        bounds += [domain.beside_max] * 3
+    return np.concatenate(normals), np.array(bounds)
+
+
+def _corners(normals: np.ndarray, bounds: np.ndarray) -> np.ndarray:
+    """Return the points of a plane domain where two upper limits meet, (n, 2)."""
+    found = []
+    for pair in combinations(range(len(bounds)), 2):
+        both = normals[list(pair)]
+        if abs(np.linalg.det(both)) > _PARALLEL:
+            point = np.linalg.solve(both, bounds[list(pair)])
+            if np.all(point >= 0.0) and np.all(normals @ point <= bounds * (1.0 + _PARALLEL)):
+                found.append(point)
+    return np.array(found).reshape(-1, 2)

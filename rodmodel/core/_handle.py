@@ -1,5 +1,6 @@
 """A rod in the core's structures, with the arrays that these point to."""
 
+import math
 from types import SimpleNamespace
 from typing import Any
 
@@ -37,6 +38,19 @@ def bound_numbers(error_bound: ErrorBound | float) -> dict[str, Any]:
     bound = ErrorBound.of(error_bound).padded
     nodes = {name: [float(x) for x in getattr(bound, name)] for name in ("pressure_sum", "angle", "tip")}
     return {**nodes, **{name: float(getattr(bound, name)) for name in ("angle_per_moment", "tip_per_moment")}}
+
+
+def domain_numbers(domain: Domain) -> dict[str, Any]:
+    """Return the numbers of `rm_domain` by name; there, 0 stands for no limit beside a chamber."""
+    beside = float(domain.beside_max)
+    return {
+        "pressure_max": [float(p) for p in domain.pressure_max],
+        "pressure_sum_max": float(domain.pressure_sum_max),
+        "moment_max": float(domain.moment_max),
+        "torque_max": float(domain.moment_axes[2]),
+        "beside_share": 0.0 if math.isinf(beside) else float(domain.beside_share),
+        "beside_max": 0.0 if math.isinf(beside) else beside,
+    }
 
 
 class Handle:
@@ -77,10 +91,8 @@ class Handle:
         into.orders = ffi.from_buffer("int *", self._orders)
         for name in ENDS:
             setattr(self.rod.actuator, name, float(getattr(actuator, name)))
-        self.rod.domain.pressure_max = [float(p) for p in domain.pressure_max]
-        self.rod.domain.pressure_sum_max = float(domain.pressure_sum_max)
-        self.rod.domain.moment_max = float(domain.moment_max)
-        self.rod.domain.torque_max = float(domain.moment_axes[2])
+        for name, value in domain_numbers(domain).items():
+            setattr(self.rod.domain, name, value)
         for name, value in bound_numbers(error_bound).items():
             setattr(self.rod.error_bound, name, value)
         if self.call.rm_check_rod(self.rod) != lib.RM_SUCCESSFUL:

@@ -315,11 +315,9 @@ class CoreRod:
                 f"pressure, loads or base: {solution.result.message}; throw=False flags this instead"
             )
         if not self.domain.covers_pressure(pressure):
-            first, second, third = self.domain.pressure_max
             raise RuntimeError(
                 f"pressure: got {pressure.tolist()} Pa, expected what the calibration covers, "
-                f"at most {first:g}, {second:g}, {third:g} Pa in chambers 1, 2, 3 "
-                f"and {self.domain.pressure_sum_max:g} Pa in sum; throw=False extrapolates"
+                f"at most {self.domain.largest_pressures('Pa')}; throw=False extrapolates"
             )
         if not solution.converged:
             raise RuntimeError(

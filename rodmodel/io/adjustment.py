@@ -102,10 +102,13 @@ class Adjustment:
         """Return the map's domain in the actuator's pressures, and in moments of the scaled section."""
         gain, offset = self.pressure_gain, self.pressure_offset
         first, second, third = np.maximum((np.array(domain.pressure_max) - offset) / gain, 0.0).tolist()
-        # Unequal gains tilt the plane that bounds the sum; with the largest gain the bound is safe.
+        # Unequal gains tilt the planes that bound sums; with the largest gain the bounds are safe.
         total = max(float((domain.pressure_sum_max - offset.sum()) / gain.max()), 0.0)
+        share = domain.beside_share
+        taken = offset + share * (offset.sum() - offset)
+        beside = max(float((domain.beside_max - taken.max()) / gain.max()), 0.0)
         bending, _, torque = (self.stiffness_scale * axis for axis in domain.moment_axes)
-        return Domain((first, second, third), total, bending, torque)
+        return Domain((first, second, third), total, bending, torque, share, beside)
 
     def bound(self, bound: ErrorBound) -> ErrorBound:
         """Return the map's bound over the sum of the actuator's pressures.
@@ -150,11 +153,11 @@ def adjusted(
     Raises
     ------
     ValueError
-        If the offsets leave no pressure of a chamber, or no sum of them, inside the map.
+        If the offsets leave no pressure of a chamber, or no sum of pressures, inside the map.
     """
     of_map = found.calibration
     domain = adjustment.domain(found.domain)
-    if min(*domain.pressure_max, domain.pressure_sum_max) <= 0.0:
+    if min(*domain.pressure_max, domain.pressure_sum_max, domain.beside_max) <= 0.0:
         raise ValueError(
             f"pressure_offset: got {adjustment.pressure_offset.tolist()} Pa, expected offsets that leave "
             "pressures inside the map in all chambers"

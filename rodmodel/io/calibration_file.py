@@ -9,7 +9,8 @@
      "section_law": {"kind", "ridge_slope", "pressure_scale_pa", "curvature_scale_per_m", "energy_scale_n",
                      "rest_volume_m2", "symmetry", and, by name, the arrays of `RidgeArrays`},
      "domain": {"pressure_max_pa" (three), "pressure_sum_max_pa", "moment_max_nm",
-                "torque_max_nm" (null if equal)},
+                "torque_max_nm" (null if equal), and, where known, "pressure_beside_share",
+                "pressure_beside_max_pa"},
      "bound" (where known): {"pressure_sum_pa", "angle_rad", "tip_m" (a number at each node),
                              "angle_rad_per_nm", "tip_per_n"},
      "error": {"free_bending_angle_rad": {"median", "p95", "worst", and, where known, "p90"},
@@ -26,7 +27,7 @@ import json
 import math
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -233,12 +234,7 @@ def save_calibration(calibration: Calibration, path: str | Path) -> None:
         },
         "actuator": {key: float(getattr(calibration.actuator, name)) for name, key in _ACTUATOR.items()},
         "section_law": _law_content(calibration.law),
-        "domain": {
-            "pressure_max_pa": list(calibration.domain.pressure_max),
-            "pressure_sum_max_pa": calibration.domain.pressure_sum_max,
-            "moment_max_nm": calibration.domain.moment_max,
-            "torque_max_nm": calibration.domain.torque_max,
-        },
+        "domain": _domain_content(calibration.domain),
         **({} if calibration.bound is None else {"bound": _bound_content(calibration.bound)}),
         "error": dict(calibration.error),
         "provenance": dict(calibration.provenance),
@@ -257,6 +253,17 @@ def _law_content(law: RidgeArrays) -> dict[str, Any]:
     return {"kind": kind, "ridge_slope": RIDGE_SLOPE, **scales, "symmetry": law.symmetry, **arrays}
 
 
+def _domain_content(domain: Domain) -> dict[str, Any]:
+    beside = {"pressure_beside_share": domain.beside_share, "pressure_beside_max_pa": domain.beside_max}
+    return {
+        "pressure_max_pa": list(domain.pressure_max),
+        "pressure_sum_max_pa": domain.pressure_sum_max,
+        "moment_max_nm": domain.moment_max,
+        "torque_max_nm": domain.torque_max,
+        **({} if domain.beside_max == math.inf else beside),
+    }
+
+
 def _bound_content(bound: ErrorBound) -> dict[str, Any]:
     nodes = {key: [float(x) for x in getattr(bound, name)] for name, key in _NODES.items()}
     return {**nodes, **{key: float(getattr(bound, name)) for name, key in _SLOPES.items()}}
@@ -266,17 +273,11 @@ def _calibration(record: Record) -> Calibration:
     record.take("schema", f'"{SCHEMA}"', lambda value: value == SCHEMA)
     record.take("version", f"version {VERSION}", lambda value: type(value) is int and value == VERSION)
     layout = record.record("layout")
-    domain = record.record("domain")
     calibration = Calibration(
         layout=Layout(layout.word("name"), layout.number_or_null("psi_rad"), layout.number("pitch_m")),
         actuator=_actuator(record.record("actuator")),
         law=_law(record.record("section_law")),
-        domain=Domain(
-            pressure_max=domain.three("pressure_max_pa"),
-            pressure_sum_max=domain.number("pressure_sum_max_pa"),
-            moment_max=domain.number("moment_max_nm"),
-            torque_max=domain.number_or_null("torque_max_nm"),
-        ),
+        domain=_domain(record.record("domain")),
         bound=_bound(record.record("bound")) if "bound" in record.content else None,
         error=_error(record.record("error")),
         provenance=record.record("provenance").content,
@@ -311,6 +312,22 @@ def _actuator(record: Record) -> Actuator:
         if abs(value) > length:
             raise record.error(_ACTUATOR[name], f"{value:g}", f"at most the body's length, {length:g} m")
     return actuator
+
+
+def _domain(record: Record) -> Domain:
+    domain = Domain(
+        pressure_max=record.three("pressure_max_pa"),
+        pressure_sum_max=record.number("pressure_sum_max_pa"),
+        moment_max=record.number("moment_max_nm"),
+        torque_max=record.number_or_null("torque_max_nm"),
+    )
+    if not {"pressure_beside_share", "pressure_beside_max_pa"} & set(record.content):
+        return domain
+    return replace(
+        domain,
+        beside_share=record.number("pressure_beside_share"),
+        beside_max=record.number("pressure_beside_max_pa"),
+    )
 
 
 def _law(record: Record) -> RidgeArrays:

@@ -11,6 +11,7 @@ def calibration_record(calibration: Calibration) -> dict[str, Any]:
     layout, domain = calibration.layout, calibration.domain
     angle = calibration.error["free_bending_angle_rad"]
     mirrored = None if calibration.law.is_adjusted else layout.mirrored_psi
+    limited = domain.beside_max < math.inf
     return {
         "layout": layout.name,
         "psi_deg": None if layout.psi is None else math.degrees(layout.psi),
@@ -19,6 +20,8 @@ def calibration_record(calibration: Calibration) -> dict[str, Any]:
         "pitch_mm": 1e3 * layout.pitch,
         "pressure_max_kpa": [1e-3 * pressure for pressure in domain.pressure_max],
         "pressure_sum_max_kpa": 1e-3 * domain.pressure_sum_max,
+        "pressure_beside_share": domain.beside_share if limited else None,
+        "pressure_beside_max_kpa": 1e-3 * domain.beside_max if limited else None,
         "moment_max_nmm": 1e3 * domain.moment_max,
         "torque_max_nmm": 1e3 * domain.moment_axes[2],
         "error": {
@@ -43,11 +46,13 @@ def calibration_text(record: dict[str, Any]) -> str:
     """Return the text of a calibration's record."""
     first, second, third = record["pressure_max_kpa"]
     angle = record["error"]["bending_angle_deg"]
+    share, beside = record["pressure_beside_share"], record["pressure_beside_max_kpa"]
+    limit = "" if beside is None else f", {beside:g} kPa in each with {share:g} of the two others"
     return "\n".join(
         [
             layout_text(record),
             f"  pressures  up to {first:g}, {second:g}, {third:g} kPa in chambers 1, 2, 3, "
-            f"{record['pressure_sum_max_kpa']:g} kPa in sum",
+            f"{record['pressure_sum_max_kpa']:g} kPa in sum{limit}",
             f"  moments    up to {record['moment_max_nmm']:g} N mm, "
             f"torques up to {record['torque_max_nmm']:g} N mm",
             "  error      of the bending angle against the FEM, held-out states: "

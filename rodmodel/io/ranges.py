@@ -56,6 +56,8 @@ RANGES: Mapping[str, Range] = {
     "section_law.rest_volume_m2": Range(1e-12, 10.0, "m2"),
     "domain.pressure_max_pa": _PRESSURE,
     "domain.pressure_sum_max_pa": _PRESSURE,
+    "domain.pressure_beside_share": Range(0.0, 1.0, "", optional=True),
+    "domain.pressure_beside_max_pa": _PRESSURE._replace(optional=True),
     "domain.moment_max_nm": Range(1e-12, 1e6, "N m"),
     "domain.torque_max_nm": Range(1e-12, 1e6, "N m", null=True),
     "bound.pressure_sum_pa": Range(0.0, 3e8, "Pa", optional=True),

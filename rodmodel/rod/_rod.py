@@ -393,11 +393,6 @@ class Rod(eqx.Module):
         return -jnp.sum(jax.vmap(jax.grad(potential))(*both), axis=0)
 
     def _messages(self) -> list[str]:
-        limits = (*self.domain.pressure_max, self.domain.pressure_sum_max)
-        # Each rod of a stack has its own limits.
-        first, second, third, total = (
-            "its largest" if isinstance(p, jax.Array) else f"{p:g}" for p in limits
-        )
         flagged = "throw=False flags this in the solution instead"
         return [
             f"pressure: got a negative value or one that is not finite, expected 0 or more Pa; {flagged}",
@@ -406,8 +401,7 @@ class Rod(eqx.Module):
             "base_position or base_rotation: got a value that is not finite or no rotation matrix, "
             f"expected a pose; {flagged}",
             "pressure: got more than the calibration covers, "
-            f"expected at most {first}, {second}, {third} Pa in chambers 1, 2, 3 "
-            f"and {total} Pa in sum; throw=False extrapolates",
+            f"expected at most {self.domain.largest_pressures('Pa')}; throw=False extrapolates",
             "solve: no equilibrium was found under the full load, expected a load that the rod can carry; "
             "throw=False returns the equilibrium at the largest fraction that was reached",
         ]

@@ -28,7 +28,7 @@ FREE, LOADED = 40.0, 150.0
 def pressures_of(rod: CoreRod, rng: np.random.Generator) -> np.ndarray:
     """Random pressures over the domain, (TARGETS, 3) [Pa]."""
     drawn = rng.uniform(size=(20 * TARGETS, 3)) * np.array(rod.domain.pressure_max)
-    return drawn[drawn.sum(axis=1) <= rod.domain.pressure_sum_max][:TARGETS]
+    return drawn[rod.domain.covers_pressure(drawn.T)][:TARGETS]
 
 
 def figures_of(

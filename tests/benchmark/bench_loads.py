@@ -45,7 +45,7 @@ def pressures_of(rod: CoreRod, cases: int, rng: np.random.Generator) -> np.ndarr
     found = np.empty((0, 3))
     while len(found) < cases:
         drawn = rng.uniform(0.0, 1.0, (cases, 3)) * np.array(rod.domain.pressure_max)
-        found = np.concatenate([found, drawn[drawn.sum(axis=1) <= rod.domain.pressure_sum_max]])
+        found = np.concatenate([found, drawn[rod.domain.covers_pressure(drawn.T)]])
     return found[:cases]
 
 

@@ -39,8 +39,9 @@ EARLIER_COLD, EARLIER_WARM, THREADS = 6.0, 10.0, 1.9
 
 def cases(rod: CoreRod) -> tuple[np.ndarray, np.ndarray]:
     """Pressures over the domain, and a walk about the first of them, (CASES, 3) each [Pa]."""
-    largest = np.array(rod.domain.pressure_max)
-    largest = largest * min(1.0, rod.domain.pressure_sum_max / largest.sum())
+    domain, largest = rod.domain, np.array(rod.domain.pressure_max)
+    beside = domain.beside_share * largest.sum() + (1.0 - domain.beside_share) * largest.max()
+    largest = largest * min(1.0, domain.pressure_sum_max / largest.sum(), domain.beside_max / beside)
     pressures = np.random.default_rng(0).uniform(0.0, 1.0, (CASES, 3)) * largest
     return pressures, pressures[0] * (1.0 + 0.01 * np.sin(0.05 * np.arange(CASES)))[:, None]
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rodmodel.core._handle import ENDS, IN_PLACE, bound_numbers
+from rodmodel.core._handle import ENDS, IN_PLACE, bound_numbers, domain_numbers
 from rodmodel.core._law_data import LawData, law_data
 
 if TYPE_CHECKING:
@@ -136,19 +136,17 @@ def _ends(found: "Found") -> dict[str, str]:
 
 
 def _domain(found: "Found") -> dict[str, str]:
-    domain = found.domain
-    return {
-        "pressure_max": "{" + ", ".join(_real(float(p)) for p in domain.pressure_max) + "}",
-        "pressure_sum_max": _real(float(domain.pressure_sum_max)),
-        "moment_max": _real(float(domain.moment_max)),
-        "torque_max": _real(float(domain.moment_axes[2])),
-    }
+    return _fields(domain_numbers(found.domain))
 
 
 def _bound(found: "Found") -> dict[str, str]:
+    return _fields(bound_numbers(found.calibration.error_bound))
+
+
+def _fields(numbers: dict[str, Any]) -> dict[str, str]:
     return {
         name: _real(value) if isinstance(value, float) else "{" + ", ".join(map(_real, value)) + "}"
-        for name, value in bound_numbers(found.calibration.error_bound).items()
+        for name, value in numbers.items()
     }
 
 

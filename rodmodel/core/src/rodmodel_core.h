@@ -112,12 +112,15 @@ typedef struct {
     rm_real shear_compliance;       /* lean of a section per transverse force [1/N] */
 } rm_actuator;
 
-/* Loads inside which the law was calibrated. */
+/* Loads inside which the law was calibrated. Each pressure and a share of the two others are together at most
+ * `beside_max`; 0: no such limit. */
 typedef struct {
     rm_real pressure_max[3];        /* largest pressure of each chamber [Pa] */
     rm_real pressure_sum_max;       /* largest sum of the pressures [Pa] */
     rm_real moment_max;             /* largest bending moment on a section [N m] */
     rm_real torque_max;             /* largest torque on a section [N m] */
+    rm_real beside_share;
+    rm_real beside_max;             /* [Pa] */
 } rm_domain;
 
 /* Bound that the errors of 90 % of states keep: linear in the sum of the pressures between nodes, constant outside

@@ -48,7 +48,9 @@ def _length(rod: CoreRod) -> float:
 
 
 def _pressure(rod: CoreRod, parts: tuple[float, float, float]) -> np.ndarray:
-    return np.array(parts) * np.minimum(rod.domain.pressure_max, rod.domain.pressure_sum_max / 3.0)
+    domain = rod.domain
+    alike = min(domain.pressure_sum_max / 3.0, domain.beside_max / (1.0 + 2.0 * domain.beside_share))
+    return np.array(parts) * np.minimum(domain.pressure_max, alike)
 
 
 def _pose(rod, pressure, loads, start):

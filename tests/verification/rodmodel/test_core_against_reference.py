@@ -31,7 +31,7 @@ def cases(rod: CoreRod, count: int) -> dict[str, np.ndarray]:
     """Pressures in the domain, and loads of all kinds that bend the rod by some ten degrees."""
     random = np.random.default_rng(11)
     pressure = random.uniform(size=(6 * count, 3)) * np.array(rod.domain.pressure_max)
-    pressure = pressure[pressure.sum(axis=1) <= rod.domain.pressure_sum_max][:count]
+    pressure = pressure[rod.domain.covers_pressure(pressure.T)][:count]
 
     def vectors(size: float) -> np.ndarray:
         directions = random.normal(size=(count, 3))

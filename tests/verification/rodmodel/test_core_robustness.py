@@ -16,7 +16,9 @@ def cases(rod: CoreRod, load: float, count: int) -> dict[str, np.ndarray]:
     """Pressures over the domain, tip forces of up to a load [N], gravity in any direction."""
     random = np.random.default_rng(7)
     pressure = random.uniform(size=(count, 3)) * np.array(rod.domain.pressure_max)
-    excess = np.maximum(pressure.sum(axis=1) / rod.domain.pressure_sum_max, 1.0)
+    domain, total = rod.domain, pressure.sum(axis=1)
+    beside = domain.beside_share * total + (1.0 - domain.beside_share) * pressure.max(axis=1)
+    excess = np.maximum(np.maximum(total / domain.pressure_sum_max, beside / domain.beside_max), 1.0)
     ways = random.standard_normal((2, count, 3))
     ways /= np.linalg.norm(ways, axis=2, keepdims=True)
     force = load * random.uniform(size=(count, 1)) * ways[0]

@@ -92,7 +92,9 @@ def random_cases(rod: Rod, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarr
     """Pressures over the domain, tip forces to 0.05 N and gravity in any direction."""
     random = np.random.default_rng(7)
     pressure = random.uniform(0.0, 1.0, (count, 3)) * rod.domain.pressure_max
-    excess = np.maximum(pressure.sum(axis=1) / rod.domain.pressure_sum_max, 1.0)
+    domain, total = rod.domain, pressure.sum(axis=1)
+    beside = domain.beside_share * total + (1.0 - domain.beside_share) * pressure.max(axis=1)
+    excess = np.maximum(np.maximum(total / domain.pressure_sum_max, beside / domain.beside_max), 1.0)
     directions = random.standard_normal((2, count, 3))
     directions /= np.linalg.norm(directions, axis=2, keepdims=True)
     force = 0.05 * random.uniform(0.0, 1.0, (count, 1)) * directions[0]

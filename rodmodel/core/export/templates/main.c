@@ -35,13 +35,16 @@ static void expect(int good, const char *what)
     }
 }
 
-/* Pressures as parts of the largest ones, whose sum stays in the domain too. */
+/* Pressures as parts of the largest ones; all three at once stay in the domain too. */
 static void set_pressure(rm_input *input, rm_real first, rm_real second, rm_real third)
 {
-    const rm_real parts[3] = {first, second, third}, third_of_sum = rod.domain.pressure_sum_max / 3;
+    const rm_domain *domain = &rod.domain;
+    const rm_real parts[3] = {first, second, third}, third_of_sum = domain->pressure_sum_max / 3;
+    const rm_real beside = domain->beside_max / (1 + 2 * domain->beside_share);
+    const rm_real alike = domain->beside_max > 0 && beside < third_of_sum ? beside : third_of_sum;
     for (int k = 0; k < 3; k++) {
-        const rm_real most = rod.domain.pressure_max[k];
-        input->pressure[k] = parts[k] * (most < third_of_sum ? most : third_of_sum);
+        const rm_real most = domain->pressure_max[k];
+        input->pressure[k] = parts[k] * (most < alike ? most : alike);
     }
 }
 

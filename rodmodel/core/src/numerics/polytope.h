@@ -1,184 +1,208 @@
-/* Least squares over the pressures of a domain, 0 <= p_k <= p_max,k and sum p <= p_sum, by the Levenberg-Marquardt
- * method: each step minimises the damped linear model exactly over the whole domain, faces included. The search is
- * non-monotone (a watchdog): a few steps may increase the cost, which helps along curved valleys, and are undone if
- * none after them improves on the best. Nocedal and Wright (2006), Numerical Optimization, chs 10.3 and 16;
- * Chamberlain, Powell, Lemarechal and Pedersen (1982), Math. Program. Study 16, 1. */
+/* Minimum of a convex quadratic over the pressures of a domain. At most three facets hold it, with multipliers of 0 or
+ * more (Nocedal and Wright, 2006, Numerical Optimization, ch. 16.1). Without one of them, the minimum on the others
+ * lies beyond it. So the search begins without facets and adds one that was passed, as the dual method of Goldfarb and
+ * Idnani (1983), Math. Program. 27, 1, does; where that ends in no minimum, it exchanges the last facet. */
 #ifndef RM_POLYTOPE_H
 #define RM_POLYTOPE_H
 
 #include "vector.h"
 
-/* Largest number of steps in a search; a long valley, where a third pressure hardly moves the tip, needs many. */
-#define RM_MOST_STEPS 200
-/* Levenberg-Marquardt damping: first, least and largest value, for derivatives near one. */
-#define RM_DAMPING R(1e-3)
-#define RM_LEAST_DAMPING R(1e-14)
-#define RM_MOST_DAMPING R(1e8)
-/* Factor on the damping after a better step, and after a failed one. */
-#define RM_SHRINK R(0.1)
-#define RM_GROW R(5.0)
-/* Largest number of successive steps without a better point. */
-#define RM_ASTRAY 2
-/* Largest cost at such a step over the best one. */
-#define RM_HIGHEST R(100.0)
+/* Facets 0 to 2: a chamber without pressure; 3 to 5: with its largest; 6: the largest sum; 7 to 9: the most of a
+ * chamber and a share of the two others. */
+#define RM_FACETS 10
+/* Violation of a bound or of a multiplier's sign that is rounding. */
+#define RM_ROUNDING (R(32.0) * RM_EPSILON)
+/* Square of the sine below which facets count as parallel. */
+#define RM_PARALLEL (R(64.0) * RM_EPSILON)
 
-/* A domain in units of its largest pressure, or its face on which chamber `without` has no pressure; -1: the domain. */
+/* Domain of pressures in units of the largest one: normal.x <= bound for each facet. */
 typedef struct {
-    rm_real upper[3], total;
-    int without;
+    vec normal[RM_FACETS];
+    rm_real bound[RM_FACETS];
+    int count; /* without the last three where no such limit is known */
 } polytope;
 
-/* A point with its residual. */
+/* Facets that hold a point: for the first `size` of the axes, normal_i.axis_j = (i == j); the rest are free directions
+ * along all of them, orthonormal. */
 typedef struct {
-    vec point;
-    rm_real cost;      /* sum of squares of the residual; infinite if undefined */
-    vec residual;
-    mat slope;         /* derivative of the residual by the point */
-    rm_real memory[6]; /* start for the solve at a nearby point */
-    rm_real memory_slope[6][3]; /* derivative of `memory` by the point */
-} place;
+    vec axes[3];
+    int size;
+} held_facets;
 
-typedef struct {
-    place best;
-    int converged; /* no step within the polytope makes the residual smaller */
-    int steps;
-} least_squares_fit;
-
-/* Evaluate residual and slope at a point, starting from a nearby place or NULL; the cost is infinite if undefined. */
-typedef void (*evaluation)(void *what, vec point, const place *near, place *there);
-
-RM_INLINE rm_real component(vec v, int k)
+static void set_polytope(const rm_domain *domain, rm_real largest_pressure, polytope *box)
 {
-    return k == 0 ? v.x : (k == 1 ? v.y : v.z);
+    const vec unit[3] = {{R(1.0), R(0.0), R(0.0)}, {R(0.0), R(1.0), R(0.0)}, {R(0.0), R(0.0), R(1.0)}};
+    const vec all = {R(1.0), R(1.0), R(1.0)};
+    const rm_real share = domain->beside_share, most = domain->beside_max;
+    box->count = most > R(0.0) ? RM_FACETS : RM_FACETS - 3;
+    box->normal[6] = all;
+    box->bound[6] = domain->pressure_sum_max / largest_pressure;
+    for (int k = 0; k < 3; k++) {
+        box->normal[k] = scale(R(-1.0), unit[k]);
+        box->bound[k] = R(0.0);
+        box->normal[3 + k] = unit[k];
+        box->bound[3 + k] = domain->pressure_max[k] / largest_pressure;
+        box->normal[7 + k] = along(scale(share, all), R(1.0) - share, unit[k]);
+        box->bound[7 + k] = most / largest_pressure;
+    }
 }
 
-/* Minimise d.H d/2 + g.d over the polytope, with d from `point` and H positive definite: enumerate the faces, and take
- * the least of the minima in their planes that lie inside the polytope. */
-static vec minimum_over(sym h, vec gradient, vec point, const polytope *box)
+/* Put a point of pressures inside: each below its largest, then all closer to none. Facets of more than one pressure
+ * are kept off by more than the rounding of other units. */
+static vec within(vec point, const polytope *box)
 {
-    const rm_real slack = R(8.0) * RM_EPSILON;
-    const rm_real rows[3][3] = {{h.xx, h.xy, h.xz}, {h.xy, h.yy, h.yz}, {h.xz, h.yz, h.zz}};
-    const rm_real g[3] = {gradient.x, gradient.y, gradient.z}, from[3] = {point.x, point.y, point.z};
-    rm_real least = infinite(), best[3] = {from[0], from[1], from[2]};
-    for (int face = 0; face < 54; face++) {
-        const int with_total = face >= 27, states[3] = {face % 3, face / 3 % 3, face / 9 % 3};
-        int free[3], count = 0, usable = 1;
-        rm_real d[3], total = R(0.0);
-        for (int k = 0; k < 3; k++) {
-            if (states[k] == 0) {
-                free[count++] = k;
-                usable &= box->without != k;
-            } else {
-                const rm_real held = states[k] == 1 ? R(0.0) : box->upper[k];
-                usable &= !(states[k] == 2 && box->without == k);
-                d[k] = held - from[k];
-                total += held;
+    const vec at = {smaller(larger(point.x, R(0.0)), box->bound[3]), smaller(larger(point.y, R(0.0)), box->bound[4]),
+                    smaller(larger(point.z, R(0.0)), box->bound[5])};
+    rm_real part = R(1.0);
+    for (int n = 6; n < box->count; n++) {
+        const rm_real reach = dot(box->normal[n], at) * (R(1.0) + R(8.0) * RM_EPSILON);
+        part = part * reach > box->bound[n] ? box->bound[n] / reach : part;
+    }
+    return part < R(1.0) ? scale(part, at) : at;
+}
+
+/* Return whether facets with these normals have a point in common, and set their axes. */
+static int hold(const vec *normals, int size, held_facets *held)
+{
+    vec *axes = held->axes;
+    held->size = size;
+    if (size == 0) {
+        const vec unit[3] = {{R(1.0), R(0.0), R(0.0)}, {R(0.0), R(1.0), R(0.0)}, {R(0.0), R(0.0), R(1.0)}};
+        memcpy(axes, unit, sizeof unit);
+        return 1;
+    }
+    const vec n = normals[0];
+    const rm_real square = dot(n, n);
+    if (size == 1) {
+        const rm_real x = rm_abs(n.x), y = rm_abs(n.y), z = rm_abs(n.z);
+        const int smallest = x <= y ? (x <= z ? 0 : 2) : (y <= z ? 1 : 2);
+        const vec across = {(rm_real)(smallest == 0), (rm_real)(smallest == 1), (rm_real)(smallest == 2)};
+        const vec first = cross(n, across), second = cross(n, first);
+        axes[0] = scale(R(1.0) / square, n);
+        axes[1] = scale(R(1.0) / rm_sqrt(dot(first, first)), first);
+        axes[2] = scale(R(1.0) / rm_sqrt(dot(second, second)), second);
+        return 1;
+    }
+    const vec m = normals[1], edge = cross(n, m);
+    const rm_real area = dot(edge, edge), squares = square * dot(m, m);
+    if (!(area > RM_PARALLEL * squares)) {
+        return 0;
+    }
+    if (size == 2) {
+        axes[0] = scale(R(1.0) / area, cross(m, edge));
+        axes[1] = scale(R(1.0) / area, cross(edge, n));
+        axes[2] = scale(R(1.0) / rm_sqrt(area), edge);
+        return 1;
+    }
+    const vec l = normals[2];
+    const rm_real volume = dot(edge, l);
+    axes[0] = scale(R(1.0) / volume, cross(m, l));
+    axes[1] = scale(R(1.0) / volume, cross(l, n));
+    axes[2] = scale(R(1.0) / volume, edge);
+    return volume * volume > RM_PARALLEL * squares * dot(l, l);
+}
+
+/* Return the least point on the held facets, from which the distances to them are `left`. */
+static vec minimum_on(const held_facets *held, sym h, vec gradient, const rm_real *left)
+{
+    const vec *axes = held->axes, *free = axes + held->size;
+    const int count = 3 - held->size;
+    const rm_real least = RM_EPSILON * (h.xx + h.yy + h.zz);
+    vec d = no_vec(), turned[3];
+    rm_real m[3][3], y[3];
+    for (int i = 0; i < held->size; i++) {
+        d = along(d, left[i], axes[i]);
+    }
+    const vec slope = add(gradient, sym_apply(h, d));
+    for (int i = 0; i < count; i++) {
+        turned[i] = sym_apply(h, free[i]);
+        y[i] = -dot(free[i], slope);
+        for (int j = 0; j <= i; j++) {
+            m[i][j] = dot(free[i], turned[j]);
+        }
+    }
+    /* Cholesky's factorisation, without square roots. */
+    for (int k = 0; k < count; k++) {
+        m[k][k] = larger(m[k][k], least);
+        for (int i = k + 1; i < count; i++) {
+            const rm_real factor = m[i][k] / m[k][k];
+            y[i] -= factor * y[k];
+            for (int j = k + 1; j <= i; j++) {
+                m[i][j] -= factor * m[j][k];
             }
         }
-        const rm_real left = box->total - total;
-        if (!usable || left < -slack || (with_total && count == 0)) {
-            continue;
+    }
+    for (int k = count - 1; k >= 0; k--) {
+        for (int i = k + 1; i < count; i++) {
+            y[k] -= m[i][k] * y[i];
         }
-        /* For the free coordinates, H d = -g - (terms of the fixed ones) - multiplier. */
-        rm_real m[3][3] = {{R(1.0), R(0.0), R(0.0)}, {R(0.0), R(1.0), R(0.0)}, {R(0.0), R(0.0), R(1.0)}};
-        rm_real right[3] = {R(0.0), R(0.0), R(0.0)}, ones[3] = {R(0.0), R(0.0), R(0.0)};
-        for (int i = 0; i < count; i++) {
-            right[i] = -g[free[i]];
-            ones[i] = R(1.0);
-            for (int k = 0; k < 3; k++) {
-                if (states[k] != 0) {
-                    right[i] -= rows[free[i]][k] * d[k];
+        y[k] /= m[k][k];
+        d = along(d, y[k], free[k]);
+    }
+    return d;
+}
+
+/* Minimise d.H d/2 + g.d over the polytope, or its face where chamber `without` has no pressure (-1: all of it), with d
+ * from `point` and H positive definite. Return the point of the minimum, inside without rounding. */
+static vec minimum_over(sym h, vec gradient, vec point, const polytope *box, int without)
+{
+    const int on_face = without >= 0, most = 3 - on_face;
+    const rm_real unit = h.xx + h.yy + h.zz + largest(gradient);
+    rm_real left[RM_FACETS], distances[3], beyond[3][RM_FACETS], least = infinite();
+    vec normals[3], best = no_vec();
+    for (int n = 0; n < box->count; n++) {
+        left[n] = box->bound[n] - dot(box->normal[n], point);
+    }
+    if (on_face) {
+        normals[0] = box->normal[without];
+        distances[0] = left[without];
+    }
+    for (int depth = 0; depth >= 0;) {
+        /* Where the last facet is parallel to the others, nothing lies beyond. */
+        held_facets held;
+        int farther = 0;
+        if (hold(normals, on_face + depth, &held)) {
+            const vec d = minimum_on(&held, h, gradient, distances), slope = add(gradient, sym_apply(h, d));
+            rm_real violation = is_finite(d.x + d.y + d.z) ? R(0.0) : infinite();
+            for (int i = on_face; i < held.size; i++) {
+                violation = larger(dot(slope, held.axes[i]) / unit, violation);
+            }
+            farther = violation <= RM_ROUNDING && depth < most;
+            for (int n = 0; n < box->count; n++) {
+                const rm_real over = dot(box->normal[n], d) - left[n];
+                violation = larger(over, violation);
+                if (farther) {
+                    beyond[depth][n] = over;
                 }
             }
-            for (int j = 0; j < count; j++) {
-                m[i][j] = rows[free[i]][free[j]];
+            if (violation < least) {
+                least = violation;
+                best = d;
             }
         }
-        const sym block = {m[0][0], m[0][1], m[0][2], m[1][1], m[1][2], m[2][2]};
-        const sym inverse = sym_inverse(block);
-        vec step = sym_apply(inverse, vec_of(right));
-        if (with_total) {
-            const vec answer = sym_apply(inverse, vec_of(ones));
-            rm_real now = R(0.0);
-            for (int i = 0; i < count; i++) {
-                now += from[free[i]] + component(step, i);
-            }
-            step = along(step, (left - now) / dot(answer, vec_of(ones)), answer);
-        }
-        rm_real value = R(0.0), sum = R(0.0), at[3];
-        int inside = 1;
-        for (int i = 0; i < count; i++) {
-            d[free[i]] = component(step, i);
-        }
-        for (int k = 0; k < 3; k++) {
-            at[k] = from[k] + d[k];
-            sum += at[k];
-            inside &= (at[k] >= -slack) & (at[k] <= box->upper[k] + slack);
-            value += g[k] * d[k]
-                     + R(0.5) * d[k] * (rows[k][0] * d[0] + rows[k][1] * d[1] + rows[k][2] * d[2]);
-        }
-        if (inside && sum <= box->total + slack && value < least) {
-            least = value;
-            for (int k = 0; k < 3; k++) {
-                /* The bounds must hold exactly, without rounding. */
-                best[k] = smaller(larger(at[k], R(0.0)), box->upper[k]);
-            }
-        }
-    }
-    return vec_of(best);
-}
-
-/* Minimise from `start`, inside the polytope, until the cost is at most `enough`, or the linear model predicts a
- * relative decrease of at most `worth`. */
-static least_squares_fit least_squares(evaluation evaluate, void *what, vec start, const place *near,
-                                       const polytope *box, rm_real enough, rm_real worth)
-{
-    /* Machine epsilon to the power 0.6. */
-#ifdef RM_REAL_FLOAT
-    const rm_real small = R(7e-5);
-#else
-    const rm_real small = 4e-10;
-#endif
-    least_squares_fit fit;
-    place at;
-    rm_real damping = RM_DAMPING;
-    int astray = 0;
-    enough = larger(enough, small * small);
-    evaluate(what, start, near, &at);
-    fit.best = at;
-    fit.steps = 1;
-    fit.converged = at.cost <= enough;
-    while (!fit.converged && at.cost < infinite() && fit.steps < RM_MOST_STEPS) {
-        place there;
-        sym h = {dot(at.slope.a, at.slope.a), dot(at.slope.a, at.slope.b), dot(at.slope.a, at.slope.c),
-                 dot(at.slope.b, at.slope.b), dot(at.slope.b, at.slope.c), dot(at.slope.c, at.slope.c)};
-        const vec gradient = mat_back(at.slope, at.residual);
-        const sym bare = h;
-        h.xx += damping;
-        h.yy += damping;
-        h.zz += damping;
-        const vec trial = minimum_over(h, gradient, at.point, box), step = sub(trial, at.point);
-        const rm_real promise = -dot(along(sym_apply(bare, step), R(2.0), gradient), step);
-        const int going = promise > larger(worth, small) * at.cost && largest(step) > small;
-        if (!going && astray == 0) {
-            fit.converged = 1;
+        if (least <= RM_ROUNDING) {
             break;
         }
-        evaluate(what, trial, &at, &there);
-        fit.steps++;
-        const int better = there.cost <= fit.best.cost;
-        const int taken = there.cost < infinite() && astray < RM_ASTRAY && there.cost <= RM_HIGHEST * fit.best.cost;
-        if (better) {
-            fit.best = there;
-            fit.converged = there.cost <= enough;
-        }
-        at = better || taken ? there : fit.best;
-        astray = better || !taken ? 0 : astray + 1;
-        if (better || !taken) {
-            damping = smaller(larger(damping * (better ? RM_SHRINK : RM_GROW), RM_LEAST_DAMPING), RM_MOST_DAMPING);
+        /* Add the facet that the minimum lies farthest beyond; if there is none left, exchange the last one. */
+        for (depth -= !farther; depth >= 0; depth--) {
+            int next = 0;
+            for (int n = 1; n < box->count; n++) {
+                next = beyond[depth][n] > beyond[depth][next] ? n : next;
+            }
+            if (beyond[depth][next] > R(0.0)) {
+                beyond[depth][next] = R(0.0);
+                normals[on_face + depth] = box->normal[next];
+                distances[on_face + depth] = left[next];
+                depth++;
+                break;
+            }
         }
     }
-    return fit;
+    vec found = within(add(point, best), box);
+    found.x = without == 0 ? R(0.0) : found.x;
+    found.y = without == 1 ? R(0.0) : found.y;
+    found.z = without == 2 ? R(0.0) : found.z;
+    return found;
 }
 
 #endif

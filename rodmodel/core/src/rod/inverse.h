@@ -17,7 +17,7 @@
 #define RM_INVERSE_H
 
 #include "jacobian.h"
-#include "polytope.h"
+#include "least_squares.h"
 
 /* Distances at which a target counts as reached, of position [m] and of bend [rad]. */
 #define RM_POSITION_REACHED R(1e-4)
@@ -197,28 +197,8 @@ static void evaluate_pose(void *what, vec point, const place *near, place *there
     there->cost = cost;
 }
 
-/* Set the three faces, then the whole domain. */
-static void set_boxes(const rm_domain *domain, rm_real largest_pressure, polytope boxes[4])
-{
-    for (int without = 0; without < 4; without++) {
-        polytope *box = boxes + without;
-        box->without = without < 3 ? without : -1;
-        box->total = domain->pressure_sum_max / largest_pressure;
-        for (int k = 0; k < 3; k++) {
-            box->upper[k] = k == without ? R(0.0) : domain->pressure_max[k] / largest_pressure;
-        }
-    }
-}
-
-/* Scale a point with too large a sum of pressures into the box. */
-RM_INLINE vec within(vec point, const polytope *box)
-{
-    const rm_real sum = point.x + point.y + point.z;
-    return sum > box->total ? scale(box->total / sum, point) : point;
-}
-
 /* Search in the first three stages; return the best fit, and the face on which or from which it was found. */
-static least_squares_fit seek(search *s, const polytope boxes[4], const vec starts[3], const int order[3],
+static least_squares_fit seek(search *s, const polytope *box, const vec starts[3], const int order[3],
                               rm_real enough_distance, rm_real part, int *face)
 {
     const rm_real enough = part * s->tolerance * part * s->tolerance;
@@ -231,18 +211,16 @@ static least_squares_fit seek(search *s, const polytope boxes[4], const vec star
     for (int stage = 0; stage < 5 && !(rm_sqrt(best.best.cost) <= enough_distance);) {
         const int on_face = stage < 3 && !deepen, here = order[stage < 3 ? stage : 2];
         const int raise = stage == 4 && !deepen;
-        const polytope *box = boxes + (on_face ? here : 3);
         const vec at = best.best.point;
         vec start = on_face ? starts[here] : at;
         if (raise) {
-            const vec raised = {smaller(at.x + RM_RAISE, box->upper[0]), smaller(at.y + RM_RAISE, box->upper[1]),
-                                smaller(at.z + RM_RAISE, box->upper[2])};
+            const vec raised = {at.x + RM_RAISE, at.y + RM_RAISE, at.z + RM_RAISE};
             start = within(raised, box);
         }
         const place from = best.best;
         const place *near = on_face || raise || !(from.cost < infinite()) ? NULL : &from;
         const least_squares_fit fit =
-            least_squares(evaluate_pose, s, start, near, box, enough, on_face ? RM_WORTH : R(0.0));
+            least_squares(evaluate_pose, s, start, near, box, on_face ? here : -1, enough, on_face ? RM_WORTH : R(0.0));
         /* A search that starts at the best point may end a rounding above it. */
         const int better = fit.best.cost <= best.best.cost * R(1.000001);
         if (better) {
@@ -259,9 +237,9 @@ static least_squares_fit seek(search *s, const polytope boxes[4], const vec star
 
 /* Search the whole domain from the local minima of a grid; a fit on a face that is as near, to the tolerance, replaces
  * the best. `costs` holds RM_GRID^3 numbers. Return whether every search converged. */
-static int seek_everywhere(search *s, const polytope boxes[4], rm_real *costs, least_squares_fit *best)
+static int seek_everywhere(search *s, const polytope *box, rm_real *costs, least_squares_fit *best)
 {
-    const polytope *whole = boxes + 3;
+    const rm_real *most = box->bound + 3;
     const int side = RM_GRID, count = side * side * side;
     int sure = best->best.cost < infinite();
     place there, before;
@@ -271,9 +249,9 @@ static int seek_everywhere(search *s, const polytope boxes[4], rm_real *costs, l
     for (int n = 0; n < count; n++) {
         const int place_of[3] = {n % side, n / side % side, n / (side * side)};
         const rm_real step = R(1.0) / (rm_real)(side - 1);
-        const vec corner = {whole->upper[0] * step * (rm_real)place_of[0], whole->upper[1] * step * (rm_real)place_of[1],
-                            whole->upper[2] * step * (rm_real)place_of[2]};
-        const vec point = within(corner, whole);
+        const vec corner = {most[0] * step * (rm_real)place_of[0], most[1] * step * (rm_real)place_of[1],
+                            most[2] * step * (rm_real)place_of[2]};
+        const vec point = within(corner, box);
         const int follows = place_of[0] > 0 && there.cost < infinite();
         before = there;
         evaluate_pose(s, point, follows ? &before : NULL, &there);
@@ -308,11 +286,10 @@ static int seek_everywhere(search *s, const polytope boxes[4], rm_real *costs, l
         }
         above = costs[lowest];
         const rm_real step = R(1.0) / (rm_real)(side - 1);
-        const vec corner = {whole->upper[0] * step * (rm_real)(lowest % side),
-                            whole->upper[1] * step * (rm_real)(lowest / side % side),
-                            whole->upper[2] * step * (rm_real)(lowest / (side * side))};
+        const vec corner = {most[0] * step * (rm_real)(lowest % side), most[1] * step * (rm_real)(lowest / side % side),
+                            most[2] * step * (rm_real)(lowest / (side * side))};
         const least_squares_fit fit =
-            least_squares(evaluate_pose, s, within(corner, whole), NULL, whole, R(0.0), R(0.0));
+            least_squares(evaluate_pose, s, within(corner, box), NULL, box, -1, R(0.0), R(0.0));
         sure &= fit.converged;
         if (fit.best.cost < best->best.cost) {
             *best = fit;
@@ -327,7 +304,7 @@ static int seek_everywhere(search *s, const polytope boxes[4], rm_real *costs, l
             continue;
         }
         const least_squares_fit fit =
-            least_squares(evaluate_pose, s, nearest[k], NULL, boxes + k, R(0.0), R(0.0));
+            least_squares(evaluate_pose, s, nearest[k], NULL, box, k, R(0.0), R(0.0));
         const rm_real sum = fit.best.point.x + fit.best.point.y + fit.best.point.z;
         if (fit.converged && rm_sqrt(fit.best.cost) <= bound && sum < pressure) {
             chosen = fit;
@@ -345,7 +322,7 @@ static int find_pressures(const rm_rod *rod, const rm_target *target, const rm_i
     const rm_actuator *a = &rod->actuator;
     rm_input bare = *input;
     search s;
-    polytope boxes[4];
+    polytope box;
     memset(bare.pressure, 0, sizeof bare.pressure);
     memset(result, 0, sizeof *result);
     s.rod = rod;
@@ -368,7 +345,7 @@ static int find_pressures(const rm_rod *rod, const rm_target *target, const rm_i
         fill_with_nan(result->pressure, 4);
         return fail(&result->solution, RM_BAD_INPUT);
     }
-    set_boxes(domain, s.scale, boxes);
+    set_polytope(domain, s.scale, &box);
 
     /* The likeliest face is without the chamber that bends the rod farthest from the target's direction. */
     vec way = vec_of(target->point);
@@ -395,14 +372,14 @@ static int find_pressures(const rm_rod *rod, const rm_target *target, const rm_i
     }
     vec starts[3];
     for (int k = 0; k < 3; k++) {
-        const polytope *box = boxes + k;
-        const rm_real sum = box->upper[0] + box->upper[1] + box->upper[2];
-        starts[k] = scale(RM_START * smaller(R(1.0), box->total / sum), vec_of(box->upper));
+        const vec far = {k == 0 ? R(0.0) : box.bound[3], k == 1 ? R(0.0) : box.bound[4],
+                         k == 2 ? R(0.0) : box.bound[5]};
+        starts[k] = scale(RM_START, within(far, &box));
     }
     const int loaded = s.loaded;
     int face;
     s.loaded = 0;
-    least_squares_fit fit = seek(&s, boxes, starts, order, loaded ? RM_NEAR : s.tolerance, RM_PART, &face);
+    least_squares_fit fit = seek(&s, &box, starts, order, loaded ? RM_NEAR : s.tolerance, RM_PART, &face);
     if (loaded) {
         s.loaded = 1;
         s.options.steps = RM_SEARCH_STEPS;
@@ -418,17 +395,19 @@ static int find_pressures(const rm_rod *rod, const rm_target *target, const rm_i
                 order[k - 1] = face;
             }
         }
-        fit = seek(&s, boxes, starts, order, s.tolerance, RM_LOADED_PART, &face);
+        fit = seek(&s, &box, starts, order, s.tolerance, RM_LOADED_PART, &face);
     }
     int nearest = rm_sqrt(fit.best.cost) <= s.tolerance;
     if (!nearest) {
         rm_real *costs = workspace + workspace_size(rod, options->steps, 1) - RM_GRID * RM_GRID * RM_GRID;
-        nearest = seek_everywhere(&s, boxes, costs, &fit);
+        nearest = seek_everywhere(&s, &box, costs, &fit);
     }
-    const vec found = fit.best.point;
-    const vec filled = {found.x > RM_EMPTY ? found.x : R(0.0), found.y > RM_EMPTY ? found.y : R(0.0),
-                        found.z > RM_EMPTY ? found.z : R(0.0)};
-    put_vec(bare.pressure, scale(s.scale, filled));
+    rm_real found[3];
+    put_vec(found, fit.best.point);
+    for (int k = 0; k < 3; k++) {
+        /* The largest pressure in its unit: the way into another one and back rounds. */
+        bare.pressure[k] = found[k] > RM_EMPTY ? smaller(s.scale * found[k], domain->pressure_max[k]) : R(0.0);
+    }
     put_vec(result->pressure, vec_of(bare.pressure));
     solve_state at;
     const int ended = solve(&at, rod, &bare, options, NULL, workspace, &result->solution);

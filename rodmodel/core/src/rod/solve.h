@@ -113,9 +113,14 @@ static int is_usable(const rm_options *options)
 
 static int covers_pressure(const rm_domain *domain, const rm_real *p)
 {
+    const rm_real sum = p[0] + p[1] + p[2], most = domain->beside_max;
+    int crowded = 0;
+    for (int k = 0; k < 3 && most > R(0.0); k++) {
+        crowded |= !(p[k] + domain->beside_share * (sum - p[k]) <= RM_SLACK * most);
+    }
     return (p[0] <= RM_SLACK * domain->pressure_max[0]) & (p[1] <= RM_SLACK * domain->pressure_max[1])
            & (p[2] <= RM_SLACK * domain->pressure_max[2])
-           & (p[0] + p[1] + p[2] <= RM_SLACK * domain->pressure_sum_max);
+           & (sum <= RM_SLACK * domain->pressure_sum_max) & !crowded;
 }
 
 static void fill_with_nan(rm_real *p, size_t count)

@@ -1,5 +1,7 @@
 """The file of measurements: what is read, and one line for each thing that can be wrong with it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -68,6 +70,14 @@ def test_what_is_wrong_is_said_in_one_line_with_its_number(tmp_path, text, line,
     assert came in message
     assert expected in message
     assert "\n" not in message
+
+
+def test_the_limit_beside_is_told_where_it_is_passed(tmp_path):
+    file = tmp_path / "data.csv"
+    file.write_text(f"{NAMES}\n40,20,0,12,-3")
+    read_measured(file, DOMAIN)
+    with pytest.raises(MeasuredError, match=r"got 40 20 0 kPa, .* and 45 kPa in each with 0\.5 of the two"):
+        read_measured(file, replace(DOMAIN, beside_share=0.5, beside_max=45e3))
 
 
 @pytest.mark.parametrize(

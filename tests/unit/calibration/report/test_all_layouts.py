@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -70,7 +71,9 @@ def one_run(tmp_path):
 
 
 def test_the_report_of_all_has_a_row_for_each_law_and_winding(ring, one_run, tmp_path, monkeypatch, capsys):
-    laws = [ring, synthetic.calibration()]
+    made = synthetic.calibration()
+    limited = replace(made.domain, beside_share=0.5, beside_max=79e3)
+    laws = [ring, replace(made, domain=limited)]
     monkeypatch.setattr(rodmodel, "shipped_calibrations", lambda: laws)
     arguments = ["report", "--datasets", str(DATASETS), "--truth", str(one_run)]
     assert main([*arguments, "--figures", str(tmp_path / "png")]) == 0
@@ -78,6 +81,8 @@ def test_the_report_of_all_has_a_row_for_each_law_and_winding(ring, one_run, tmp
     # Both maps, the rod, and its states in the bounds' coverage.
     assert [row.count("as its file states") for row in rows] == [0, 1, 0, 0]
     assert rows[3].count("%") == 2
+    assert "in sum |" in rows[0]
+    assert "100 in sum; 79 in each with 0.5 of the others |" in rows[1]
     assert "0.23 / 0.92 / 2.86" in rows[1]  # 0.004, 0.016 and 0.05 rad
     assert (tmp_path / "png" / "rod-against-actuator.png").read_bytes()[:4] == b"\x89PNG"
 

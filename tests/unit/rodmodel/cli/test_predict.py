@@ -241,3 +241,25 @@ sys.exit(status)
     assert (run.returncode, run.stderr) == (GOOD, "")
     angle = json.loads(run.stdout)["bending_angle_deg"]
     assert math.isclose(angle, math.degrees(rod.solve([30e3, 0.0, 0.0]).bending_angle), rel_tol=1e-12)
+
+
+def test_the_limit_beside_is_told_where_it_is_passed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = calibrations.calibration()
+    limited = replace(made.domain, beside_share=0.5, beside_max=65e3)
+    rodmodel.save_calibration(replace(made, domain=limited), tmp_path / "limited.json")
+    arguments = [
+        "predict",
+        "--calibration",
+        str(tmp_path / "limited.json"),
+        "--pressure-kpa",
+        "50",
+        "29",
+        "0",
+    ]
+    assert main(arguments) == GOOD
+    arguments[-2] = "31"
+    capsys.readouterr()
+    assert main(arguments) == BAD_INPUT
+    assert "100 kPa in sum, and 65 kPa in each with 0.5 of the two others" in capsys.readouterr().err

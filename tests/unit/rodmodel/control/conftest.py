@@ -1,10 +1,13 @@
-"""The shipped rod of ψ = 0, compiled, and pressures all over its domain."""
+"""The shipped rod of ψ = 0, compiled, the same in a smaller domain, and pressures all over both."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import rodmodel
 from rodmodel import CoreRod
+from rodmodel.io import find
 
 
 @pytest.fixture(scope="session")
@@ -14,5 +17,18 @@ def rod() -> CoreRod:
 
 @pytest.fixture(scope="session")
 def pressures(rod: CoreRod) -> np.ndarray:
+    return inside(rod)
+
+
+@pytest.fixture(scope="session")
+def limited() -> CoreRod:
+    """Of two chambers the first has 54 kPa if the other has 21; with more, first it is less, then the sum."""
+    found = find("double-helix", 0.0, 3e-3)
+    less = replace(found.domain, pressure_sum_max=82e3, beside_share=4.0 / 7.0, beside_max=66e3)
+    return CoreRod.of(replace(found, domain=less))
+
+
+def inside(rod: CoreRod) -> np.ndarray:
+    """Return 1000 pressures that a rod's domain covers."""
     random = np.random.default_rng(0).uniform(size=(4000, 3)) * np.array(rod.domain.pressure_max)
-    return random[random.sum(axis=1) <= rod.domain.pressure_sum_max][:1000]
+    return random[rod.domain.covers_pressure(random.T)][:1000]

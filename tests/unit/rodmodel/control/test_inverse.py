@@ -5,6 +5,7 @@ import pytest
 
 from rodmodel import CoreRod
 from rodmodel.control import inverse_many
+from tests.unit.rodmodel.control.conftest import inside
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
 #: Of a search that gives up: the grid of 8³, eleven descents of at most 200 steps, and what came before.
@@ -26,6 +27,54 @@ def test_1000_reachable_targets_are_reached(rod: CoreRod, pressures: np.ndarray,
         assert np.all(found["pressure"].min(axis=1) <= 100.0)
         assert np.mean(found["pressure"].min(axis=1) == 0.0) >= 0.99
         assert np.all(found["pressure"].sum(axis=1) <= pressures.sum(axis=1) + 1e3)
+
+
+def assert_inside(rod: CoreRod, pressure: np.ndarray) -> None:
+    """Exactly, but for the rounding of a sum of three."""
+    domain, total = rod.domain, pressure.sum(axis=1, keepdims=True)
+    assert np.all(pressure >= 0.0)
+    assert np.all(pressure <= np.array(domain.pressure_max))
+    assert np.all(total <= domain.pressure_sum_max * (1.0 + 1e-15))
+    beside = pressure + domain.beside_share * (total - pressure)
+    assert np.all(beside <= domain.beside_max * (1.0 + 1e-15))
+
+
+@pytest.mark.parametrize("kind", ["bend", "position", "loaded"])
+def test_with_less_beside_each_other_targets_are_reached_by_pressures_of_the_domain(
+    limited: CoreRod, kind: str
+) -> None:
+    loads = {"tip_force": np.array([0.002, -0.003, 0.001]), "gravity": GRAVITY} if kind == "loaded" else {}
+    pressures = inside(limited)[: 200 if loads else None]
+    wanted = limited.solve_many(pressure=pressures, steps=8, **loads)
+    if kind == "bend":
+        found = inverse_many(limited, wanted["bending_angle"], wanted["bending_plane"])
+    else:
+        found = inverse_many(limited, tip_position=wanted["tip_position"], **loads)
+    assert np.all(found["reached"])
+    assert np.all(found["solution"]["in_domain"])
+    assert_inside(limited, found["pressure"])
+
+
+def test_with_less_beside_each_other_the_nearest_is_nearest(rod: CoreRod, limited: CoreRod) -> None:
+    """Bends out of reach: as near as any of a grid over the domain, on a limit that the rod's own lacks."""
+    angles, planes = np.full(24, 3.5), np.linspace(0.0, 2.0 * np.pi, 24)
+    found = inverse_many(limited, angles, planes)
+    assert np.mean(found["nearest"]) >= 0.9
+    assert not np.any(found["reached"])
+    assert_inside(limited, found["pressure"])
+    total = found["pressure"].sum(axis=1, keepdims=True)
+    beside = found["pressure"] + limited.domain.beside_share * (total - found["pressure"])
+    held = (beside.max(axis=1) > 66e3 * (1.0 - 1e-9)) | (total[:, 0] > 82e3 * (1.0 - 1e-9))
+    assert np.mean(held) > 0.5
+    side = np.linspace(0.0, 1.0, 28)
+    states = np.stack(np.meshgrid(side, side, side), axis=-1).reshape(-1, 3) * limited.domain.pressure_max
+    states = states[limited.domain.covers_pressure(states.T)]
+    bends = limited.solve_many(pressure=states)["bend"]
+    points = angles[:, None] * np.stack([np.cos(planes), np.sin(planes)], axis=1)
+    nearest = np.array([np.linalg.norm(bends - point, axis=1).min() for point in points])
+    assert np.all(found["distance"] <= nearest + 1e-3)
+    # The whole domain comes nearer.
+    assert np.all(inverse_many(rod, angles, planes)["distance"] <= found["distance"] + 1e-3)
 
 
 def test_targets_under_loads_are_reached(rod: CoreRod, pressures: np.ndarray) -> None:
@@ -52,7 +101,7 @@ def test_no_state_of_a_grid_is_nearer(rod: CoreRod, targets: int) -> None:
     """Up to the tolerance of 0.1 mm, within which the pressures without co-contraction are taken."""
     random = np.random.default_rng(1)
     states = random.uniform(size=(60_000, 3)) * np.array(rod.domain.pressure_max)
-    states = states[states.sum(axis=1) <= rod.domain.pressure_sum_max][:20_000]
+    states = states[rod.domain.covers_pressure(states.T)][:20_000]
     tips = rod.solve_many(pressure=states, steps=8)["tip_position"]
     points = random.uniform([-0.07, -0.07, -0.07], [0.07, 0.07, 0.08], (targets, 3))
     found = inverse_many(rod, tip_position=points)

@@ -32,6 +32,26 @@ def test_samples_lie_in_the_domain_and_reach_its_corners(rod: CoreRod, space: Wo
     np.testing.assert_allclose(inside.mean(axis=0), centre, rtol=0.03)
 
 
+def test_samples_keep_less_beside_each_other_and_reach_the_corners_of_that(limited: CoreRod) -> None:
+    """Along the edge of two chambers: 54 kPa beside 21, then 134/3 beside 112/3 kPa, where the sum begins."""
+    space = workspace(limited, 2000, {}, lambda done, total: None)
+    assert len(space.pressure) == pytest.approx(2000, rel=0.1)
+    assert np.all(limited.domain.covers_pressure(space.pressure.T))
+    assert np.all(space.in_domain)
+    for face in range(3):
+        first, second = ((face + 1) % 3, (face + 2) % 3)
+        one = (66e3 - 4.0 / 7.0 * 82e3) * 7.0 / 3.0
+        for pair in ((first, second), (second, first)):
+            largest = limited.domain.pressure_max[pair[0]]
+            for corner in ((largest, (66e3 - largest) * 7.0 / 4.0), (one, 82e3 - one)):
+                gap = np.linalg.norm(space.pressure[:, pair] - corner, axis=1) + space.pressure[:, face]
+                assert gap.min() < 1.0
+    inside = space.pressure[space.face == 3]
+    random = np.random.default_rng(0).uniform(size=(200_000, 3)) * np.array(limited.domain.pressure_max)
+    centre = random[limited.domain.covers_pressure(random.T)].mean(axis=0)
+    np.testing.assert_allclose(inside.mean(axis=0), centre, rtol=0.03)
+
+
 def test_poses_are_those_of_the_rod(rod: CoreRod, space: Workspace) -> None:
     for row in np.linspace(0, len(space.pressure) - 1, 7).astype(int):
         solution = rod.solve(space.pressure[row], steps=32)

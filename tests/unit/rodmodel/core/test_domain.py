@@ -1,11 +1,14 @@
 """Where the compiled rod says that its calibration ends: pressures, and moments on any section."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import rodmodel
 from rodmodel import CoreRod
 from rodmodel.core import Result
+from rodmodel.io import find
 from tests.unit.rodmodel.sections import section_at
 
 STEPS = 16
@@ -65,3 +68,47 @@ def test_outside_are_larger_moments_and_pressures(rod: CoreRod) -> None:
     for pressures, expected in cases:
         rows = rod.solve_many(pressure=pressures)
         assert np.all((rows["in_domain"] != 0) == expected)
+
+
+def with_domain(**changes: float) -> CoreRod:
+    found = find("double-helix", 0.0, 3e-3)
+    return CoreRod.of(replace(found, domain=replace(found.domain, **changes)))
+
+
+@pytest.mark.parametrize("share", [0.0, 4.0 / 7.0, 1.0])
+def test_pressures_beside_each_other_are_inside_where_python_says_so(share: float) -> None:
+    limited = with_domain(beside_share=share, beside_max=45e3)
+    pressure = np.random.default_rng(5).uniform(0.0, 60e3, (4000, 3))
+    # Some on the limit, where both have the same slack.
+    total = pressure.sum(axis=1, keepdims=True)
+    beside = (pressure + share * (total - pressure)).max(axis=1, keepdims=True)
+    edge = (
+        45e3 / beside * pressure * np.random.default_rng(6).choice([1.0, 1.0 + 1e-8, 1.0 + 1e-5], (4000, 1))
+    )
+    for pressures in (pressure, edge):
+        rows = limited.solve_many(pressure=pressures)
+        # A few bend so far that a moment or a step ends them.
+        good = (rows["result"] == Result.successful) & (rows["moment_share"] <= 1.0)
+        inside = np.asarray(limited.domain.covers_pressure(pressures.T))
+        np.testing.assert_array_equal(rows["in_domain"][good] != 0, inside[good])
+        assert 0.005 < np.mean(inside[good]) < 0.95
+        assert np.mean(good) > 0.8
+
+
+def test_no_limit_beside_is_none_in_the_core(rod: CoreRod) -> None:
+    domain = rod.handle.rod.domain
+    assert (domain.beside_share, domain.beside_max) == (0.0, 0.0)
+    assert rod.solve([50e3, 50e3, 0.0]).in_domain
+
+
+@pytest.mark.parametrize("changes", [{"beside_max": -1.0}, {"beside_share": float("nan"), "beside_max": 5e4}])
+def test_a_limit_beside_that_is_none_is_refused(changes: dict[str, float]) -> None:
+    with pytest.raises(ValueError, match="limit that is not positive or not finite"):
+        with_domain(**changes)
+
+
+def test_the_limit_beside_is_told_where_it_is_passed() -> None:
+    limited = with_domain(beside_share=0.5, beside_max=60e3)
+    told = r"100000 Pa in sum, and 60000 Pa in each with 0.5 of the two others; throw=False"
+    with pytest.raises(RuntimeError, match=told):
+        limited.solve([50e3, 30e3, 0.0])

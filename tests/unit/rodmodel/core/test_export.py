@@ -3,6 +3,7 @@
 import errno
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -65,6 +66,18 @@ def test_doubles_come_back_as_they_were(tmp_path: Path):
         np.testing.assert_array_equal(array(text, name), data.arrays[name].ravel())
     pressures = ", ".join(f"N({p:.1f})" for p in of_shipped.domain.pressure_max)
     assert f".pressure_max = {{{pressures}}}" in text
+
+
+@pytest.mark.parametrize(
+    ("changes", "numbers"),
+    [({}, ("0.0", "0.0")), ({"beside_share": 0.5, "beside_max": 79e3}, ("0.5", "79000.0"))],
+)
+def test_a_limit_beside_is_exported_and_none_is_zero(
+    found: Found, tmp_path: Path, changes: dict[str, float], numbers: tuple[str, str]
+):
+    export(replace(found, domain=replace(found.domain, **changes)), tmp_path / "rod")
+    text = (tmp_path / "rod" / "law.c").read_text()
+    assert re.findall(r"\.beside_\w+ = N\((.*?)\)", text) == list(numbers)
 
 
 def test_the_same_calibration_gives_the_same_files(found: Found, tmp_path: Path):

@@ -23,6 +23,7 @@ from rodmodel.io import (
     OuterWall,
     adjusted,
     find,
+    find_among,
     ranges_table,
     read_calibration,
     save_calibration,
@@ -49,7 +50,6 @@ def of_map(tmp_path: Path, kind: str, psi: float) -> Found:
 
 def core_section(made: Calibration, psi: float, u: np.ndarray, p: np.ndarray) -> dict[str, Any]:
     from rodmodel.core import law_data
-    from rodmodel.io import find_among
 
     found = find_among([made], "double-helix", psi, 3e-3)
     return section(handle_of(made, law_data(made.law, found.turns, found.mirrored)), u, p)
@@ -155,6 +155,28 @@ def test_domain_and_ends_are_those_of_the_adjusted_actuator(tmp_path: Path):
     assert made.actuator.base_stiffness == 1.3 * 2e-4
     assert made.provenance == {"by": "hand", "adjustment": {"base": "map.json"}}
     assert made.error["more"] == 1
+
+
+def test_pressures_of_the_adjusted_domain_are_inside_the_map() -> None:
+    """With equal gains and no offsets, all that are."""
+    limited = dataclasses.replace(calibrations.DOMAIN, beside_share=4.0 / 7.0, beside_max=79e3)
+    pressure = np.random.default_rng(3).uniform(0.0, 80e3, (20_000, 3))
+    alike = dataclasses.replace(MINE, pressure_gain=np.full(3, 1.1), pressure_offset=np.zeros(3))
+    for adjustment in (MINE, alike):
+        inside = adjustment.domain(limited).covers_pressure(pressure.T)
+        read = adjustment.pressure_gain * pressure + adjustment.pressure_offset
+        in_map = limited.covers_pressure(read.T)
+        assert np.all(in_map[inside])
+        assert np.mean(inside[in_map]) > 0.7
+    np.testing.assert_array_equal(inside, in_map)
+
+
+def test_offsets_that_leave_nothing_beside_are_refused() -> None:
+    made = calibrations.calibration()
+    limited = dataclasses.replace(made.domain, beside_share=1.0, beside_max=2e3)
+    found = find_among([dataclasses.replace(made, domain=limited)], "double-helix", 0.0, 3e-3)
+    with pytest.raises(ValueError, match=r"pressure_offset: got .* expected offsets that leave pressures"):
+        adjusted(found, dataclasses.replace(MINE, pressure_offset=np.full(3, 1e3)), {}, {})
 
 
 @pytest.mark.parametrize(("p90", "expected"), [(0.2, 0.2), (0.001, math.hypot(0.016, 0.01))])

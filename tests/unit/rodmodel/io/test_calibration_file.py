@@ -18,7 +18,7 @@ from rodmodel import (
     read_calibration,
     save_calibration,
 )
-from rodmodel.io import RANGES, RidgeArrays, ranges_table
+from rodmodel.io import RANGES, RidgeArrays, calibration_record, calibration_text, ranges_table
 from rodmodel.io.law_arrays import ARRAYS
 from tests.unit.rodmodel import calibrations
 
@@ -40,8 +40,12 @@ ROOT = Path(__file__).parents[4]
             ),
             domain=replace(calibrations.DOMAIN, torque_max=0.6e-3),
         ),
+        replace(
+            calibrations.calibration(),
+            domain=replace(calibrations.DOMAIN, beside_share=4.0 / 7.0, beside_max=79e3),
+        ),
     ],
-    ids=["mirror", "full", "no symmetry", "all orientations", "bound, ends and torque"],
+    ids=["mirror", "full", "no symmetry", "all orientations", "bound, ends and torque", "beside"],
 )
 def test_a_calibration_comes_back_to_the_last_bit(tmp_path: Path, written: Calibration) -> None:
     save_calibration(written, tmp_path / "calibration.json")
@@ -55,9 +59,36 @@ def test_a_calibration_comes_back_to_the_last_bit(tmp_path: Path, written: Calib
 
 
 def test_shipped_calibrations_are_written_as_they_are_read(tmp_path: Path) -> None:
-    shipped = ROOT / "rodmodel" / "calibrations" / "ring_pitch3.json"
-    save_calibration(read_calibration(shipped), tmp_path / "again.json")
-    assert json.loads((tmp_path / "again.json").read_text()) == json.loads(shipped.read_text())
+    for shipped in sorted((ROOT / "rodmodel" / "calibrations").glob("*.json")):
+        save_calibration(read_calibration(shipped), tmp_path / "again.json")
+        assert (tmp_path / "again.json").read_bytes() == shipped.read_bytes(), shipped.name
+
+
+def test_a_limit_beside_is_in_the_file_where_there_is_one_and_whole(tmp_path: Path) -> None:
+    path = tmp_path / "calibration.json"
+    save_calibration(calibrations.calibration(), path)
+    assert "beside" not in path.read_text()
+    limited = replace(calibrations.DOMAIN, beside_share=0.5, beside_max=79e3)
+    save_calibration(replace(calibrations.calibration(), domain=limited), path)
+    content = json.loads(path.read_text())
+    both = {"pressure_beside_share": 0.5, "pressure_beside_max_pa": 79e3}
+    assert content["domain"].items() >= both.items()
+    for missing in both:
+        half = {key: value for key, value in content["domain"].items() if key != missing}
+        path.write_text(json.dumps({**content, "domain": half}))
+        with pytest.raises(CalibrationFileError, match=f"domain.{missing}: got nothing, expected a number"):
+            read_calibration(path)
+
+
+def test_the_text_of_a_calibration_tells_its_limit_beside() -> None:
+    plain = calibrations.calibration()
+    record = calibration_record(plain)
+    assert record["pressure_beside_max_kpa"] is None
+    assert "100 kPa in sum\n" in calibration_text(record)
+    limited = replace(calibrations.DOMAIN, beside_share=0.5, beside_max=79e3)
+    record = calibration_record(replace(plain, domain=limited))
+    assert (record["pressure_beside_share"], record["pressure_beside_max_kpa"]) == (0.5, 79.0)
+    assert "100 kPa in sum, 79 kPa in each with 0.5 of the two others\n" in calibration_text(record)
 
 
 def test_the_file_is_one_json_object_of_the_schema(tmp_path: Path) -> None:

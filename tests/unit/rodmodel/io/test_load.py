@@ -1,6 +1,7 @@
 """From a layout's name to a rod: which calibration serves it, and what is said when none does."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 
 import rodmodel
 from rodmodel import ErrorBound
-from rodmodel.io import Found, find
+from rodmodel.io import Found, find, find_among
 from tests.unit.rodmodel import calibrations
 
 PRESSURE = np.array([20e3, 10e3, 5e3])
@@ -32,6 +33,14 @@ def test_every_multiple_of_60_degrees_is_served(file: Path, psi_deg: float, turn
     # The chamber nearest to a crossing is that of the calibration's chamber 1, with its larger pressures.
     assert found.domain.pressure_max == tuple(np.roll([70e3, 60e3, 60e3], turns))
     assert found.domain.moment_max == calibrations.DOMAIN.moment_max
+
+
+def test_a_limit_beside_is_the_same_for_the_chambers_of_all_orientations() -> None:
+    made = calibrations.calibration()
+    limited = replace(made, domain=replace(made.domain, beside_share=0.5, beside_max=79e3))
+    for psi in (0.0, 60.0, 120.0, 240.0):
+        domain = find_among([limited], "double-helix", math.radians(psi), 3e-3).domain
+        assert (domain.beside_share, domain.beside_max) == (0.5, 79e3)
 
 
 @pytest.mark.parametrize("psi_deg", [12, 59.9, 90])

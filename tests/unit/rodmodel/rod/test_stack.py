@@ -38,9 +38,10 @@ def rods() -> list[Rod]:
     ends = replace(synthetic.ACTUATOR, stiff_tip=1.3e-3, base_turn=1.8e-6, base_lag=3e-3, tip_offset=2e-3)
     short = replace(synthetic.ACTUATOR, body_length=0.05, cap_mass=2e-3)
     low = rodmodel.Domain((20e3, 60e3, 60e3), 90e3, 1e-3, 0.4e-3)
+    beside = replace(synthetic.DOMAIN, beside_share=0.5, beside_max=47e3)
     laws = [mirror, TurnedLaw(mirror, 1), MirroredLaw(TurnedLaw(scaled, 2)), oriented]
     dimensions = [synthetic.ACTUATOR, ends, short, ends]
-    domains = [synthetic.DOMAIN, low] * 2
+    domains = [synthetic.DOMAIN, low, beside, low]
     return [Rod(*parts, 0.01 * k) for k, parts in enumerate(zip(laws, dimensions, domains, strict=True))]
 
 

@@ -1,0 +1,50 @@
+"""The domain of a law: which pressures are inside, and how its limits are told."""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import rodmodel.statics  # noqa: F401  # makes the domain known to JAX
+from rodmodel import Domain
+
+
+@pytest.mark.parametrize(
+    ("unit", "plain", "limited"),
+    [
+        (
+            "kPa",
+            "70, 60, 60 kPa in chambers 1, 2, 3 and 100 kPa in sum",
+            "70, 60, 60 kPa in chambers 1, 2, 3, 100 kPa in sum, "
+            "and 79 kPa in each with 0.5 of the two others",
+        ),
+        (
+            "Pa",
+            "70000, 60000, 60000 Pa in chambers 1, 2, 3 and 100000 Pa in sum",
+            "70000, 60000, 60000 Pa in chambers 1, 2, 3, 100000 Pa in sum, "
+            "and 79000 Pa in each with 0.5 of the two others",
+        ),
+    ],
+)
+def test_the_largest_pressures_are_told_in_words(unit: str, plain: str, limited: str) -> None:
+    domain = Domain((70e3, 60e3, 60e3), 100e3, 1e-3)
+    assert domain.largest_pressures(unit) == plain
+    assert dataclasses.replace(domain, beside_share=0.5, beside_max=79e3).largest_pressures(unit) == limited
+
+
+def test_each_rod_of_a_stack_has_its_own_largest_pressures() -> None:
+    stacked = jax.tree.map(lambda x: jnp.full(2, x), Domain((70e3, 60e3, 60e3), 100e3, 1e-3, 1e-3, 0.5, 79e3))
+    told = stacked.largest_pressures("Pa")
+    assert told.startswith("its largest, its largest, its largest Pa in chambers 1, 2, 3")
+    assert told.endswith("its largest Pa in each with its share of the two others")
+
+
+def test_pressures_are_inside_where_all_limits_hold() -> None:
+    """70 kPa alone, pairs of 50; at 60 kPa the other has 33.25."""
+    domain = Domain((70e3, 70e3, 70e3), 105e3, 1e-3, beside_share=4.0 / 7.0, beside_max=79e3)
+    inside = [[70e3, 0, 0], [50e3, 50e3, 0], [60e3, 33.2e3, 0], [0, 33.2e3, 60e3], [35e3, 35e3, 35e3]]
+    outside = [[71e3, 0, 0], [51e3, 50.5e3, 0], [60e3, 33.3e3, 0], [60e3, 17e3, 17e3], [35.1e3, 35e3, 35e3]]
+    assert np.all(domain.covers_pressure(np.array(inside).T))
+    assert not np.any(domain.covers_pressure(np.array(outside).T))

@@ -1,9 +1,8 @@
 """The compiled rod through Python: what it takes, what it says, rows and threads, poses along it."""
 
+import math
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-
-import math
 
 import numpy as np
 import pytest

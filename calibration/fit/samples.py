@@ -54,13 +54,14 @@ def loading_samples(dataset: xr.Dataset) -> Samples:
     """Return the states on the loading branch: those of each path before it becomes unstable or jumps.
 
     A real section is never at an unstable state, and after a jump the same loads have another solution.
-    States at an imposed curvature stand upright, see `stood_upright`.
+    Sections that give way sideways are made to stand, see `stood_upright`.
     """
     gradient, hessian = stood_upright(
         np.concatenate([dataset["moment"].values, -dataset["volume"].values], axis=1),
         dataset["hessian"].values,
         dataset["applied_moment"].values,
         dataset["held"].values != 0,
+        dataset["curvature"].values,
     )
     everything = Samples(
         pressure=dataset["pressure"].values,

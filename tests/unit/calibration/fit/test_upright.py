@@ -25,6 +25,8 @@ def test_only_the_soft_direction_of_a_held_state_changes(softest):
         np.stack([hessian, hessian]),
         np.stack([applied, applied]),
         np.array([False, True]),
+        # Bent along the soft direction's part in the section, and not across it.
+        np.stack([40.0 * v, 40.0 * v]),
     )
     np.testing.assert_array_equal(both[0], gradient)
     np.testing.assert_array_equal(stiffness[0], hessian)
@@ -44,6 +46,32 @@ def test_only_the_soft_direction_of_a_held_state_changes(softest):
 
 def test_a_held_state_that_is_stiff_enough_is_as_it_was():
     gradient, hessian, _ = state(0.8)
-    found, matrix = stood_upright(gradient[None], hessian[None], np.zeros((1, 3)), np.array([True]))
+    found, matrix = stood_upright(
+        gradient[None], hessian[None], np.zeros((1, 3)), np.array([True]), np.zeros((1, 3))
+    )
     np.testing.assert_array_equal(found[0], gradient)
     np.testing.assert_array_equal(matrix[0], hessian)
+
+
+@pytest.mark.parametrize("softest", [0.1, 0.4])
+def test_a_section_that_softens_sideways_keeps_its_state_and_gets_the_least_stiffness(softest):
+    """Bent about y; the soft direction is x, and no moment changes."""
+    hessian = np.diag([softest, 1.0, 1.6, -1.0, -1.0, -1.0])
+    hessian[0, 3] = hessian[3, 0] = 0.3
+    gradient = np.arange(6.0)
+    found, matrix = stood_upright(
+        gradient[None], hessian[None], np.ones((1, 3)), np.array([False]), np.array([[0.5, -40.0, 0.1]])
+    )
+    np.testing.assert_array_equal(found[0], gradient)
+    expected = hessian.copy()
+    expected[0, 0] = UPRIGHT
+    np.testing.assert_allclose(matrix[0], expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("curvature", [(-40.0, 0.5, 0.1), (0.0, 0.0, 0.0)])
+def test_a_section_that_is_soft_in_its_plane_or_straight_is_as_it_was(curvature):
+    hessian = np.diag([0.1, 1.0, 1.6, -1.0, -1.0, -1.0])[None]
+    _, matrix = stood_upright(
+        np.zeros((1, 6)), hessian, np.zeros((1, 3)), np.array([False]), np.array([curvature])
+    )
+    np.testing.assert_array_equal(matrix, hessian)

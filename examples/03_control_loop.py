@@ -91,7 +91,7 @@ def controller(rod: rodmodel.CoreRod) -> Callable[..., np.ndarray]:
 
         _, chosen = min(map(without, range(3)), key=lambda choice: choice[0])
         chosen = np.clip(chosen, 0.0, largest)
-        return chosen * min(1.0, rod.domain.pressure_sum_max / chosen.sum())
+        return chosen * min(1.0, rod.domain.reach(chosen))
 
     return step
 

@@ -11,6 +11,10 @@ if TYPE_CHECKING:
     from rodmodel.actuator import Actuator as Actuator
     from rodmodel.actuator import Domain as Domain
     from rodmodel.actuator import Layout as Layout
+    from rodmodel.control import LOADING as LOADING
+    from rodmodel.control import Branch as Branch
+    from rodmodel.control import Branches as Branches
+    from rodmodel.control import BranchSolution as BranchSolution
     from rodmodel.control import Inverse as Inverse
     from rodmodel.control import Prediction as Prediction
     from rodmodel.control import Predictor as Predictor
@@ -22,6 +26,7 @@ if TYPE_CHECKING:
     from rodmodel.io import CalibrationFileError as CalibrationFileError
     from rodmodel.io import CalibrationNotFoundError as CalibrationNotFoundError
     from rodmodel.io import load as load
+    from rodmodel.io import load_branches as load_branches
     from rodmodel.io import load_core as load_core
     from rodmodel.io import load_oriented as load_oriented
     from rodmodel.io import read_calibration as read_calibration
@@ -47,9 +52,13 @@ if TYPE_CHECKING:
     from rodmodel.statics import Solution as Solution
 
 __all__ = [
+    "LOADING",
     "RESULTS",
     "Actuator",
     "Adaptive",
+    "Branch",
+    "BranchSolution",
+    "Branches",
     "Calibration",
     "CalibrationFileError",
     "CalibrationNotFoundError",
@@ -77,6 +86,7 @@ __all__ = [
     "TipJacobian",
     "TurnedLaw",
     "load",
+    "load_branches",
     "load_core",
     "load_oriented",
     "read_calibration",
@@ -93,6 +103,10 @@ _HOMES = {
         "Layout",
     ),
     "rodmodel.control": (
+        "LOADING",
+        "Branch",
+        "BranchSolution",
+        "Branches",
         "Inverse",
         "Prediction",
         "Predictor",
@@ -108,6 +122,7 @@ _HOMES = {
         "CalibrationFileError",
         "CalibrationNotFoundError",
         "load",
+        "load_branches",
         "load_core",
         "load_oriented",
         "read_calibration",

@@ -161,6 +161,7 @@ class Domain:
     beside_share, beside_max : the more pressure one chamber has, the less may those beside it have. The
         pressure of each and this share of the sum of the two others are together at most `beside_max` [Pa],
         which is infinite if there is no such limit.
+    pressure_min : least pressure of each chamber [Pa], for a branch that ends below; 0 if it has none.
     """
 
     pressure_max: tuple[Number, Number, Number]
@@ -169,6 +170,7 @@ class Domain:
     torque_max: Number | None = None
     beside_share: Number = 0.0
     beside_max: Number = math.inf
+    pressure_min: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
 
     @property
     def moment_axes(self) -> tuple[Number, Number, Number]:
@@ -184,7 +186,22 @@ class Domain:
         for p, maximum in zip(pressure, self.pressure_max, strict=True):
             inside &= p <= _SLACK * maximum
             inside &= p + self.beside_share * (total - p) <= _SLACK * self.beside_max
+        for p, minimum in zip(pressure, self.pressure_min, strict=True):
+            inside &= (minimum <= 0.0) | (_SLACK * p >= minimum)
         return inside
+
+    def reach(self, pressure: Three) -> float:
+        """Return the largest factor on three pressures [Pa] for which they are within the upper limits.
+
+        It is below one for pressures beyond them, and infinite without pressure.
+        """
+        total = float(sum(pressure))
+        uses = [total / self.pressure_sum_max]
+        for p, maximum in zip(pressure, self.pressure_max, strict=True):
+            beside = float(p) + self.beside_share * (total - float(p))
+            uses += [float(p) / maximum, beside / self.beside_max]
+        most = max(uses)
+        return 1.0 / most if most > 0.0 else math.inf
 
     def largest_pressures(self, unit: str) -> str:
         """Return the limits of the pressures in words, in Pa or kPa. Each rod of a stack has its own."""
@@ -194,6 +211,9 @@ class Domain:
             f"{factor * p:g}" if _is_number(p) else "its largest" for p in limits
         )
         each = f"{first}, {second}, {third} {unit} in chambers 1, 2, 3"
+        if any(not _is_number(p) or p > 0.0 for p in self.pressure_min):
+            least = ", ".join(f"{factor * p:g}" if _is_number(p) else "its least" for p in self.pressure_min)
+            each += f" (at least {least} {unit})"
         if _is_number(self.beside_max) and math.isinf(self.beside_max):
             return f"{each} and {total} {unit} in sum"
         share = f"{self.beside_share:g}" if _is_number(self.beside_share) else "its share"

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from calibration.cli import _bounds, _ends, _fit_measured, _judge, _report, _scale, _truth
+from calibration.cli import _bounds, _ends, _fit_measured, _from_design, _report, _scale, _snapped, _truth
 from calibration.cli._arguments import (
     BAD_INPUT,
     GOOD,
@@ -196,13 +196,10 @@ def _fit(options: argparse.Namespace, command: str) -> int:
 
 def _dataset(options: argparse.Namespace) -> Any:
     """Return the dataset and its domain, narrowed by the options."""
-    from calibration.sweep.dataset import attributes
-    from rodmodel import Domain
+    from calibration.sweep import attributes, domain_of_run
 
     dataset = read_dataset(options.dataset)
-    made_for = attributes(dataset)["domain"]
-    made_for |= {"pressure_max": tuple(made_for["pressure_max"])}
-    return dataset, with_pressures(Domain(**made_for), options)
+    return dataset, with_pressures(domain_of_run(attributes(dataset)), options)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -210,9 +207,12 @@ def _parser() -> argparse.ArgumentParser:
         prog="rodmodel-calibrate", description="Calibrate a section law on the finite-element cell."
     )
     commands = parser.add_subparsers(
-        required=True, metavar="run | fit | report | fit-measured | truth | ends | bounds | judge | scale"
+        required=True,
+        metavar="design | run | fit | report | fit-measured | truth | ends | bounds | judge | scale "
+        "| snapped",
     )
 
+    design = _from_design.add_to(commands)
     run = commands.add_parser("run", help="sweep loading paths of the cell, or resume an interrupted run")
     run.add_argument(
         "--design",
@@ -318,9 +318,9 @@ def _parser() -> argparse.ArgumentParser:
     fit.set_defaults(command=_fit)
 
     report, measured = _report.add_to(commands), _fit_measured.add_to(commands)
-    truth, ends = _truth.add_to(commands), _ends.add_to(commands)
-    bounds, judge = _bounds.add_to(commands), _judge.add_to(commands)
-    scale = _scale.add_to(commands)
-    for command in (run, fit, report, measured, truth, ends, bounds, judge, scale):
+    (truth, judge), ends = _truth.add_to(commands), _ends.add_to(commands)
+    bounds = _bounds.add_to(commands)
+    scale, snapped = _scale.add_to(commands), _snapped.add_to(commands)
+    for command in (design, run, fit, report, measured, truth, ends, bounds, judge, scale, snapped):
         command.add_argument("--json", action="store_true", help="one JSON object on stdout")
     return parser

@@ -52,13 +52,14 @@ def _ends(options: argparse.Namespace, command: str) -> int:
     from calibration.ends.fit import fit_compliance, fit_ends, fit_shear
     from calibration.ends.runs_for_layout import PAPER, runs_for
     from calibration.provenance import code_version, sha256, today
-    from calibration.sweep.run_directory import END_COMPLIANCE
+    from calibration.sweep import usual_end_compliance
     from calibration.truth.dataset import TruthError
-    from fem_reference import ActuatorGeometry
+    from fem_reference import ActuatorGeometry, Design
 
     truth, geometry = read_truth(options.truth), ActuatorGeometry()
     given = options.end_compliance_mm_per_n
-    compliance = END_COMPLIANCE if given is None else 1e-3 * given
+    usual = usual_end_compliance(Design())
+    compliance = usual if given is None else 1e-3 * given
     calibrations = {file: read_calibration_file(file) for file in options.files}
     for file, calibration in calibrations.items():
         if calibration.law.is_adjusted:
@@ -71,7 +72,7 @@ def _ends(options: argparse.Namespace, command: str) -> int:
         fitted: dict[Layout, tuple[Compliance, Ends]] = {}
         for winding in dict.fromkeys(windings.values()) or [PAPER]:
             runs = runs_for(truth, winding)[1]
-            found = fit_compliance(runs, geometry.body_length, compliance or END_COMPLIANCE)
+            found = fit_compliance(runs, geometry.body_length, compliance or usual)
             fitted[winding] = found, fit_ends(runs, geometry.body_length, geometry.cap_length, compliance)
     except (ValueError, TruthError) as error:
         raise BadInputError(str(error)) from error

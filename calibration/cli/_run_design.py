@@ -6,15 +6,16 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from calibration.cli._arguments import BadInputError
-from calibration.cli._designs import read_design_file
+from calibration.cli._files import read_design_file
 from calibration.cli._pressures import with_pressures
 
 if TYPE_CHECKING:
     from fem_reference import Design, Winding
     from rodmodel import Domain
 
-# Domain of the paper's actuator [Pa, N m]. Similar actuators have it scaled.
-_PRESSURE, _PRESSURE_SUM, _MOMENT, _TORQUE = (60e3, 60e3, 60e3), 110e3, 6.6e-3, 3.3e-3
+# Domain where neither design nor options tell it, in the body's megapascals and newton millimetres (`Units`):
+# largest pressure, sum of pressures, moment and torque.
+_PRESSURE, _PRESSURE_SUM, _MOMENT, _TORQUE = 60e-3, 110e-3, 6.6, 3.3
 
 
 def orientations(options: argparse.Namespace) -> list[float]:
@@ -25,16 +26,16 @@ def orientations(options: argparse.Namespace) -> list[float]:
 def run_actuator(options: argparse.Namespace) -> "Design":
     """Return the design of the file, or else the paper's, with what the options change.
 
-    Its ends have the compliance that the sweep takes: that of the options, else of the design, else of the
-    paper's actuator, scaled.
+    Its ends have the compliance that the sweep takes: that of the options, else of the design, else
+    `usual_end_compliance`.
 
     Raises
     ------
     BadInputError
         For a file or a change that is impossible.
     """
-    from calibration.sweep import END_COMPLIANCE
-    from fem_reference import Design, similarity
+    from calibration.sweep import usual_end_compliance
+    from fem_reference import Design
 
     own = Design() if options.design is None else read_design_file("--design", options.design)
     layout = own.winding.name if options.layout is None else options.layout
@@ -48,8 +49,7 @@ def run_actuator(options: argparse.Namespace) -> "Design":
     if options.end_compliance_mm_per_n is not None:
         compliance = 1e-3 * options.end_compliance_mm_per_n
     elif compliance is None:
-        scale = similarity(own, Design())
-        compliance = END_COMPLIANCE / (scale.modulus * scale.length)
+        compliance = usual_end_compliance(own)
     changed = any(flag is not None for flag in (options.layout, options.psi_deg, options.pitch_mm))
     try:
         return replace(
@@ -66,7 +66,8 @@ def _winding(options: argparse.Namespace, own: "Design", psi: list[float]) -> "W
     from fem_reference import Ring, layout
 
     winding = own.winding
-    pitch = 2.0 * winding.spacing if isinstance(winding, Ring) else getattr(winding, "pitch", winding.period)
+    cell = winding.cell_length(own.geometry.body_diameter)
+    pitch = 2.0 * winding.spacing if isinstance(winding, Ring) else getattr(winding, "pitch", cell)
     return layout(
         winding.name if options.layout is None else options.layout,
         psi[0] if psi else getattr(winding, "psi", 0.0),
@@ -75,14 +76,13 @@ def _winding(options: argparse.Namespace, own: "Design", psi: list[float]) -> "W
 
 
 def run_domain(options: argparse.Namespace, actuator: "Design") -> "Domain":
-    """Return the domain of the options; else the design's pressures; else the paper's domain, scaled."""
-    from fem_reference import Design, similarity
+    """Return the domain of the options; else the design's pressures; else that of all bodies, scaled."""
     from rodmodel import Domain
 
-    scale = similarity(actuator, Design())
-    first, second, third = actuator.pressure_max or (scale.pressure * p for p in _PRESSURE)
-    total = actuator.pressure_sum_max or scale.pressure * _PRESSURE_SUM
-    moment, torque = scale.moment * _MOMENT, scale.moment * _TORQUE
+    units = actuator.units
+    first, second, third = actuator.pressure_max or (_PRESSURE * units.megapascal,) * 3
+    total = actuator.pressure_sum_max or _PRESSURE_SUM * units.megapascal
+    moment, torque = (share * units.newton / units.metre for share in (_MOMENT, _TORQUE))
     if options.moment_max_nmm is not None:
         moment = 1e-3 * options.moment_max_nmm
     if options.torque_max_nmm is not None:

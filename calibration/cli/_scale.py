@@ -28,6 +28,7 @@ def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
 
 
 def _scale(options: argparse.Namespace, command: str) -> int:
+    from calibration.from_design import design_of
     from calibration.provenance import code_version, sha256, today
     from calibration.similar import Scale, scaled
     from fem_reference import design_text, read_design, similarity
@@ -41,7 +42,7 @@ def _scale(options: argparse.Namespace, command: str) -> int:
         design = read_design(options.design)
     except (OSError, ValueError) as error:
         raise BadInputError(f"--design: {error}") from error
-    source = _design_of(calibration, design)
+    source = design_of(calibration, design)
     found = similarity(design, source)
     if not found.within(_SIMILAR):
         raise BadInputError(f"--design {options.design}: {_unlike(found.deviations)}")
@@ -74,32 +75,6 @@ def _scale(options: argparse.Namespace, command: str) -> int:
             f"{scale.modulus:.6g} times the pressures, to {1e-3 * largest:.4g} kPa"
         )
     return GOOD
-
-
-def _design_of(calibration: "Calibration", other: "Design") -> "Design":
-    """Return the design that a calibration is of; files from before designs are of the paper's parts."""
-    from dataclasses import replace
-
-    from fem_reference import ActuatorGeometry, Design, DoubleHelix, Ogden, Thread, layout, parse_design
-
-    known, own = calibration.provenance, calibration.layout
-    # A law of all orientations is of the other's too.
-    psi = other.winding.psi if own.psi is None and isinstance(other.winding, DoubleHelix) else own.psi
-    winding = layout(own.name, psi or 0.0, own.pitch)
-    if isinstance(known.get("design"), str):
-        return replace(parse_design(known["design"], "provenance: design"), winding=winding)
-    material: Any = known.get("material", {})
-    return Design(
-        geometry=ActuatorGeometry(**{name: _plain(v) for name, v in known.get("geometry_m", {}).items()}),
-        material=Ogden(**{name: _plain(value) for name, value in material.get("body", {}).items()}),
-        thread=Thread(**material.get("thread", {})),
-        winding=winding,
-    )
-
-
-def _plain(value: Any) -> Any:
-    """Return lists of JSON as tuples, which designs hold."""
-    return tuple(value) if isinstance(value, list) else value
 
 
 def _origin(calibration: "Calibration", design: "Design") -> dict[str, Any]:

@@ -17,15 +17,17 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from calibration.truth import TruthError, case_of, free_states, truth_level
-from fem_reference import CellState, Load, PeriodCell, follow
+from fem_reference import CellState, Design, Load, PeriodCell, follow, parse_design
+from fem_reference.geometry import Units
 
-#: Fitted parameters, by the names of `rodmodel.Actuator`, with their units in the search.
+#: Fitted parameters, by the names of `rodmodel.Actuator`, with their units in the search: in the body's own
+#: millimetres and megapascals (`Units`).
 PARAMETERS = {
-    "base_turn": 1e-6,
-    "base_lag": 1e-3,
-    "stiff_tip": 1e-3,
-    "tip_offset": 1e-3,
-    "tip_offset_curvature": 5.0,
+    "base_turn": 1.0,
+    "base_lag": 1.0,
+    "stiff_tip": 1.0,
+    "tip_offset": 1.0,
+    "tip_offset_curvature": 5e-3,
 }
 _START = np.ones(len(PARAMETERS))
 _AZIMUTHS = 2.0 * np.pi / 3.0 * np.arange(3)
@@ -162,8 +164,9 @@ def fit_ends(truth: xr.Dataset, body_length: float, cap_length: float, complianc
         chosen["tip_rotation"].values[:, :, 2],
         body_length,
         cap_length,
+        _design_of(chosen).units,
     )
-    units = np.array(list(PARAMETERS.values()))
+    units = actuator.scales
     x, fun, jac = _least_squares(actuator)
     variance = fun @ fun / (fun.size - x.size)
     errors = units * np.sqrt(np.diag(np.linalg.inv(jac.T @ jac)) * variance)
@@ -225,6 +228,7 @@ class _Poses:
     softness : bending compliance of the cell, relative to that at rest.
     tip, axis : position [m] and axis of the cap.
     body_length, cap_length : lengths of the actuator [m].
+    units : of the body.
     """
 
     curvature: Float[np.ndarray, "n 3"]
@@ -234,6 +238,20 @@ class _Poses:
     axis: Float[np.ndarray, "n 3"]
     body_length: float
     cap_length: float
+    units: Units
+
+    @property
+    def scales(self) -> Float[np.ndarray, " m"]:
+        """Units of `PARAMETERS` in the search [SI]."""
+        millimetre, pascal = self.units.millimetre, self.units.megapascal
+        one = {
+            "base_turn": 1.0 / pascal,
+            "base_lag": millimetre,
+            "stiff_tip": millimetre,
+            "tip_offset": millimetre,
+            "tip_offset_curvature": 1.0 / millimetre,
+        }
+        return np.array([share * one[name] for name, share in PARAMETERS.items()])
 
     def where(self, chosen: Bool[np.ndarray, " n"]) -> "_Poses":
         """Return the chosen states."""
@@ -263,11 +281,13 @@ class _Poses:
 
 def _least_squares(poses: _Poses) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the best values in the units of `PARAMETERS`, the residuals and their Jacobian."""
-    units = np.array(list(PARAMETERS.values()))
+    units = poses.scales
 
     def residual(x: Float[np.ndarray, " m"]) -> np.ndarray:
         place, along = poses.misses(units * x)
-        return np.concatenate([place, place + 0.5 * poses.body_length * along]).ravel() / 1e-3
+        return (
+            np.concatenate([place, place + 0.5 * poses.body_length * along]).ravel() / poses.units.millimetre
+        )
 
     low = np.full(len(units), -np.inf)
     low[-1] = 0.1
@@ -342,7 +362,10 @@ def cell_bending(states: xr.Dataset, compliance: float) -> Bending:
         own = np.flatnonzero(names == name)
         loads = [Load((float(p), float(q), float(r))) for p, q, r in states["pressure"].values[own]]
         level = truth_level(states, str(name))
-        cell = PeriodCell(winding=case_of(name).winding, level=level, end_compliance=compliance)
+        design = _design_of(states)
+        if "design" not in states.attrs:
+            design = replace(design, winding=case_of(name).winding)
+        cell = PeriodCell.of(design, level, compliance)
         found.update(zip(own, follow(cell, loads), strict=True))
     (rest,) = follow(cell, [Load((0.0, 0.0, 0.0))])
     ordered = [found[row] for row in range(len(names))]
@@ -352,6 +375,12 @@ def cell_bending(states: xr.Dataset, compliance: float) -> Bending:
         volume=np.array([s.volume for s in (rest, *ordered)]),
         stiffness=np.array([s.hessian[:3, :3] for s in (rest, *ordered)]),
     )
+
+
+def _design_of(truth: xr.Dataset) -> Design:
+    """Return the actuator of runs; those that name none are of the paper's, in several windings."""
+    text = truth.attrs.get("design")
+    return Design() if text is None else parse_design(str(text), "truth: design")
 
 
 def _per_rod(cell: Bending) -> Float[np.ndarray, "n 3"]:

@@ -56,18 +56,29 @@ def mean_states(laws: Sequence[AnyLaw], domain: Domain, psi: Float[np.ndarray, "
     loads = jnp.asarray(pressure), jnp.asarray(moment)
     start = free_curvatures(laws[0], loads[0], jnp.asarray(angle))
     found, good = map(np.asarray, equilibrium(laws[0], *loads, start, jnp.asarray(angle)))
-    state = jnp.asarray(np.concatenate([found, pressure], axis=1)[good])
-    mean = np.mean([np.asarray(_derivatives(law, state, jnp.asarray(angle[good]))) for law in laws], axis=0)
+    return states_of(laws, pressure[good], found[good], angle[good], "mean")
+
+
+def states_of(
+    laws: Sequence[AnyLaw],
+    pressure: Float[np.ndarray, "n 3"],
+    curvature: Float[np.ndarray, "n 3"],
+    psi: Float[np.ndarray, " n"],
+    path: str,
+) -> Samples:
+    """Return training states with the laws' mean gradient and Hessian at given pressures and curvatures."""
+    state = jnp.asarray(np.concatenate([curvature, pressure], axis=1))
+    mean = np.mean([np.asarray(_derivatives(law, state, jnp.asarray(psi))) for law in laws], axis=0)
     hessian = np.zeros((len(mean), 6, 6))
     hessian[:, *UPPER] = hessian.transpose(0, 2, 1)[:, *UPPER] = mean[:, 6:]
     return Samples(
-        pressure=pressure[good],
-        curvature=found[good],
+        pressure=pressure,
+        curvature=curvature,
         energy=np.full(len(mean), np.nan),
         gradient=mean[:, :6],
         hessian=hessian,
-        psi=angle[good],
-        path=np.array(["mean"] * len(mean)),
+        psi=psi,
+        path=np.array([path] * len(mean)),
         held_out=np.zeros(len(mean), dtype=bool),
     )
 

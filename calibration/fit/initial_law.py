@@ -83,7 +83,8 @@ def random_pressures(
     domain: Domain, number: int, beyond: float, rng: np.random.Generator
 ) -> Float[np.ndarray, "n 3"]:
     """Draw pressures [Pa] in a domain ``beyond`` times as large; those outside are scaled to its edge."""
-    pressure = beyond * rng.random((number, 3)) * np.asarray(domain.pressure_max)
+    least, most = np.asarray(domain.pressure_min), beyond * np.asarray(domain.pressure_max)
+    pressure = least + rng.random((number, 3)) * (most - least)
     return np.minimum(pressure, beyond * edge(domain, pressure))
 
 

@@ -28,7 +28,8 @@ def unstable_pressures(law: AnyLaw, domain: Domain, seed: int = 0) -> Float[np.n
     rng = np.random.default_rng(seed)
     pressure = np.zeros((0, 3))
     while len(pressure) < PRESSURES:
-        more = rng.random((PRESSURES, 3)) * np.asarray(domain.pressure_max)
+        least = np.asarray(domain.pressure_min)
+        more = least + rng.random((PRESSURES, 3)) * (np.asarray(domain.pressure_max) - least)
         pressure = np.concatenate([pressure, more[np.asarray(domain.covers_pressure(more.T))]])
     pressure = pressure[:PRESSURES]
     psi = 2.0 * np.pi * rng.random(PRESSURES)

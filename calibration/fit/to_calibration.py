@@ -4,20 +4,19 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from fem_reference import parse_design
+from fem_reference.design import DENSITY
 from rodmodel import Actuator, Calibration, Domain, Layout, OrientedNetwork, RidgeNetwork
 
-# Density of platinum-cured silicone of this stiffness [kg/m³], as in the runs of the full actuator; the paper
-# gives none. The rod in the cavity has the same.
-DENSITY = 1070.0
 
-
-def actuator_of(geometry: Mapping[str, float], body_area: float) -> Actuator:
+def actuator_of(geometry: Mapping[str, float], body_area: float, density: float) -> Actuator:
     """Return lengths and masses of an actuator.
 
     Parameters
     ----------
     geometry : fields of `fem_reference.ActuatorGeometry` [m].
     body_area : silicone cross-section of the body [m²].
+    density : of silicone and core [kg/m³].
     """
     rod_area = math.pi / 4 * geometry["cavity_diameter"] ** 2
     cap_area = math.pi / 4 * geometry["body_diameter"] ** 2
@@ -25,8 +24,8 @@ def actuator_of(geometry: Mapping[str, float], body_area: float) -> Actuator:
         body_length=geometry["body_length"],
         cap_length=geometry["cap_length"],
         body_diameter=geometry["body_diameter"],
-        mass_per_length=DENSITY * (body_area + rod_area),
-        cap_mass=DENSITY * cap_area * geometry["cap_length"],
+        mass_per_length=density * (body_area + rod_area),
+        cap_mass=density * cap_area * geometry["cap_length"],
     )
 
 
@@ -49,7 +48,7 @@ def calibration_of(
     """
     return Calibration(
         layout=_layout(run["layout"], run["winding"], oriented=isinstance(law, OrientedNetwork)),
-        actuator=actuator_of(run["geometry"], run["body_area_m2"]),
+        actuator=actuator_of(run["geometry"], run["body_area_m2"], _density(run)),
         section_law=law,
         domain=domain,
         error=error,
@@ -61,9 +60,17 @@ def calibration_of(
             "end_compliance_m_per_n": run["end_compliance"],
             "material": run["material"],
             "geometry_m": run["geometry"],
+            **({"design": run["design"]} if "design" in run else {}),
             **provenance,
         },
     )
+
+
+def _density(run: Mapping[str, Any]) -> float:
+    """Return the density of a run's design [kg/m³]; runs from before designs have that of all silicones."""
+    if "design" not in run:
+        return DENSITY
+    return parse_design(run["design"], "attributes: design").density
 
 
 def _layout(name: str, winding: Mapping[str, float], oriented: bool) -> Layout:

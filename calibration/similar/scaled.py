@@ -11,6 +11,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from rodmodel import Actuator, Calibration, Domain, ErrorBound, Layout
+from rodmodel.io import RidgeArrays
 
 # Powers of length, modulus and density in each number of an actuator.
 _ACTUATOR = {
@@ -74,10 +75,6 @@ def scaled(calibration: Calibration, scale: Scale, provenance: Mapping[str, Any]
     -------
     calibration with the same angles at μ times the pressures, and an angle's error as it was.
     """
-    pressure, moment = scale.factor((0, 1, 0)), scale.factor((3, 1, 0))
-    law, domain = calibration.law, calibration.domain
-    first, second, third = (pressure * p for p in domain.pressure_max)
-    torque = domain.torque_max
     return Calibration(
         layout=Layout(
             calibration.layout.name, calibration.layout.psi, scale.length * calibration.layout.pitch
@@ -88,24 +85,47 @@ def scaled(calibration: Calibration, scale: Scale, provenance: Mapping[str, Any]
                 for name, powers in _ACTUATOR.items()
             }
         ),
-        law=replace(
-            law,
-            pressure_scale=pressure * law.pressure_scale,
-            curvature_scale=law.curvature_scale / scale.length,
-            energy_scale=scale.factor((2, 1, 0)) * law.energy_scale,
-            rest_volume=scale.factor((2, 0, 0)) * law.rest_volume,
-        ),
-        domain=Domain(
-            (first, second, third),
-            pressure * domain.pressure_sum_max,
-            moment * domain.moment_max,
-            None if torque is None else moment * torque,
-            domain.beside_share,
-            pressure * domain.beside_max,
-        ),
+        law=_scaled_law(calibration.law, scale),
+        domain=_scaled_domain(calibration.domain, scale),
         error={name: _scaled_error(name, value, scale) for name, value in calibration.error.items()},
         provenance=provenance,
         bound=None if calibration.bound is None else _scaled_bound(calibration.bound, scale),
+        snapped=tuple(
+            replace(
+                sheet,
+                law=_scaled_law(sheet.law, scale),
+                domain=_scaled_domain(sheet.domain, scale),
+                error={name: _scaled_error(name, value, scale) for name, value in sheet.error.items()},
+            )
+            for sheet in calibration.snapped
+        ),
+    )
+
+
+def _scaled_law(law: RidgeArrays, scale: Scale) -> RidgeArrays:
+    return replace(
+        law,
+        pressure_scale=scale.factor((0, 1, 0)) * law.pressure_scale,
+        curvature_scale=law.curvature_scale / scale.length,
+        energy_scale=scale.factor((2, 1, 0)) * law.energy_scale,
+        rest_volume=scale.factor((2, 0, 0)) * law.rest_volume,
+    )
+
+
+def _scaled_domain(domain: Domain, scale: Scale) -> Domain:
+    pressure, moment = scale.factor((0, 1, 0)), scale.factor((3, 1, 0))
+    largest, least = (
+        (pressure * first, pressure * second, pressure * third)
+        for first, second, third in (domain.pressure_max, domain.pressure_min)
+    )
+    return Domain(
+        largest,
+        pressure * domain.pressure_sum_max,
+        moment * domain.moment_max,
+        None if domain.torque_max is None else moment * domain.torque_max,
+        domain.beside_share,
+        pressure * domain.beside_max,
+        least,
     )
 
 

@@ -66,8 +66,8 @@ def design_paths(
     domain: Domain,
     number: int,
     seed: int,
+    pressure_step: float,
     mirror: bool = True,
-    pressure_step: float = 3e3,
     orientations: tuple[float, float] | None = None,
 ) -> tuple[LoadingPath, ...]:
     """Draw the loading paths of a calibration.
@@ -77,10 +77,10 @@ def design_paths(
     domain : domain of the loads.
     number : number of paths, training and held-out together.
     seed : seed of the random streams.
-    mirror : whether the section is symmetric in the plane of chamber 1, so that chamber 3 alone can be
-        left out.
     pressure_step : largest change of a pressure between loads [Pa]; half of it on paths with one chamber,
         two, or all alike.
+    mirror : whether the section is symmetric in the plane of chamber 1, so that chamber 3 alone can be
+        left out.
     orientations : range of ψ [rad] from which each path draws its own; None for a single orientation.
 
     Returns

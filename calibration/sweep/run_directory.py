@@ -27,12 +27,14 @@ from fem_reference import (
 from rodmodel import Domain
 from rodmodel.io import drop_parts, write_atomically
 
-# Pressure step between loads of a path [Pa]: a law needs many paths rather than many states per path.
-PRESSURE_STEP = 8e3
+# Pressure step between loads of a path, in the body's megapascals (`Units`): a law needs many paths rather
+# than many states per path.
+_PRESSURE_STEP = 8e-3
 #: File with the description of a run, in its directory.
 RUN_FILE = "run.json"
-#: Compliance of the ends of the paper's actuator [m/N], as `calibration.ends` fits it.
-END_COMPLIANCE = 0.23e-3
+# Compliance of the ends, in the body's millimetres per newton, as `calibration.ends` fits it to the paper's
+# actuator.
+_END_COMPLIANCE = 0.23
 
 
 class RunError(ValueError):
@@ -50,7 +52,7 @@ class RunPlan:
     domain: Domain
     paths: int
     seed: int
-    end_compliance: float = END_COMPLIANCE
+    end_compliance: float
     """See `PeriodCell` [m/N]."""
     orientations: tuple[float, float] | None = None
     """Range of ψ [rad] from which each path draws its own orientation; the winding's ψ is then ignored."""
@@ -84,13 +86,20 @@ class RunPlan:
         }
 
     @property
+    def pressure_step(self) -> float:
+        """Largest change of a pressure between loads of a path [Pa]."""
+        return _PRESSURE_STEP * self.actuator.units.megapascal
+
+    @property
     def mirror(self) -> bool:
         """Whether the section is mirror-symmetric in the plane of chamber 1."""
         return self.orientations is None and self.winding.mirror_symmetric
 
     def design(self) -> tuple[LoadingPath, ...]:
         """Return the loading paths in the order in which to run them."""
-        return design_paths(self.domain, self.paths, self.seed, self.mirror, PRESSURE_STEP, self.orientations)
+        return design_paths(
+            self.domain, self.paths, self.seed, self.pressure_step, self.mirror, self.orientations
+        )
 
     def description(self) -> dict[str, Any]:
         """Return the plan for JSON, for the run directory and the dataset's attributes."""
@@ -110,16 +119,24 @@ class RunPlan:
             "domain": _domain_record(self.domain),
             "seed": self.seed,
             "mirror": self.mirror,
-            "pressure_step": PRESSURE_STEP,
+            "pressure_step": self.pressure_step,
             "design": design_text(self.actuator),
         }
 
 
+def usual_end_compliance(actuator: Design) -> float:
+    """Return the compliance of an actuator's ends where nothing tells it [m/N]: the paper's, scaled."""
+    units = actuator.units
+    return _END_COMPLIANCE / units.metre / units.newton
+
+
 def _domain_record(domain: Domain) -> dict[str, Any]:
-    """Return a domain for JSON, which has no infinite limit."""
+    """Return a domain for JSON, without limits that it does not have."""
     record = asdict(domain)
     if math.isinf(domain.beside_max):
         del record["beside_share"], record["beside_max"]
+    if not any(domain.pressure_min):
+        del record["pressure_min"]
     return record
 
 

@@ -34,6 +34,7 @@ _DOMAIN = Object(
         "torque_max": Numbers(0.0, 1e6, "N m", null=True),
         "beside_share": Numbers(0.0, 1.0, "1", optional=True),
         "beside_max": Numbers(0.0, 1e8, "Pa", optional=True),
+        "pressure_min": Numbers(0.0, 1e8, "Pa", (3,), optional=True),
     }
 )
 _WINDING = Object(
@@ -66,6 +67,10 @@ RUN_KEYS: Mapping[str, Kind] = {
     "pressure_step": _PRESSURE,
     "material": Object(
         {"body": Object(optional=True), "thread": Object(optional=True), "core": Object(optional=True)}
+    ),
+    # Where a sweep began on a snapped sheet: its chamber and side.
+    "snapped": Object(
+        {"chamber": Numbers(1, 3, whole=True), "side": Numbers(-1, 1, whole=True)}, optional=True
     ),
     # The canonical text of a design file; absent in files from before designs.
     "design": Text(optional=True),
@@ -123,6 +128,12 @@ def refuse_run(run: Mapping[str, Any]) -> None:
     refuse_faults(run, "attributes", DATASET_KEYS)
     level_from_record(run.get("mesh"), "attributes: mesh")
     ActuatorGeometry(**run["geometry"])
-    Domain(**{**run["domain"], "pressure_max": tuple(run["domain"]["pressure_max"])})
+    domain_of_run(run)
     if missing := _WOUND[run["layout"]] - set(run["winding"]):
         raise ValueError(f"attributes: winding: got no {', '.join(sorted(missing))}, expected it")
+
+
+def domain_of_run(run: Mapping[str, Any]) -> Domain:
+    """Return the domain of a run's attributes."""
+    lists = {key: tuple(value) for key, value in run["domain"].items() if isinstance(value, list)}
+    return Domain(**{**run["domain"], **lists})

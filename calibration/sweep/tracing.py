@@ -21,11 +21,12 @@ from fem_reference import (
     PeriodCell,
     follow,
 )
+from fem_reference.geometry import SI, Units
 
 RETRY_SUBDIVISION = 4  # steps of the second attempt for each step of the first
-# Change of curvature between neighbouring states that their Hessians need not explain [1/m]: 3 degrees over
-# 60 mm. Snaps of walls change the angle by 4 degrees and more.
-UNEXPLAINED = 0.9
+# Change of curvature between neighbouring states that their Hessians need not explain, in one over the body's
+# millimetre: 3 degrees over five diameters. Snaps of walls change the angle by 4 degrees and more.
+UNEXPLAINED = 0.9e-3
 # Bisections of a step before an unexplained change counts as a snap.
 HALVINGS = 2
 
@@ -42,6 +43,11 @@ class CellTracer:
         """Build the cell in the calling process and return its continuation."""
         cell = PeriodCell.of(self.actuator, self.level, self.end_compliance)
         return lambda loads, start: follow(cell, loads, start=start, jumps=False)
+
+    @property
+    def units(self) -> Units:
+        """Units of the body."""
+        return self.actuator.units
 
     def in_plane(self) -> Trace | None:
         """Build a cell that keeps its plane of symmetry; None if the winding has none."""
@@ -66,11 +72,15 @@ def records_of(make_trace: Callable[[], Trace], path: LoadingPath) -> Iterator[d
     if getattr(_mine, "made_by", None) != maker:
         in_plane = maker.in_plane if isinstance(maker, CellTracer) else None
         _mine.trace, _mine.in_plane, _mine.made_by = maker(), in_plane and cache(in_plane), maker
-    yield from trace_path(_mine.trace, path, _mine.in_plane)
+    units = maker.units if isinstance(maker, CellTracer) else SI
+    yield from trace_path(_mine.trace, path, units, _mine.in_plane)
 
 
 def trace_path(
-    trace: Trace, path: LoadingPath, in_plane: Callable[[], Trace | None] | None = None
+    trace: Trace,
+    path: LoadingPath,
+    units: Units = SI,
+    in_plane: Callable[[], Trace | None] | None = None,
 ) -> Iterator[dict[str, Any]]:
     """Yield records of a path's states, then one that says how it ended.
 
@@ -83,17 +93,17 @@ def trace_path(
 
     Parameters
     ----------
-    trace : continuation of the cell.
-    path : loads to follow.
+    trace, path : continuation of the cell, and the path.
+    units : of the body.
     in_plane : factory of the continuation of a cell that keeps its plane of symmetry, if there is one.
     """
     start: CellState | None = None
     left = list(path.loads)
-    attempt, clock = 1, time.perf_counter()
+    attempt, clock, most = 1, time.perf_counter(), UNEXPLAINED * units.metre
     while left:
         try:
             for reached in trace(list(left), start):
-                for state in _with_states_between(trace, start, reached, HALVINGS):
+                for state in _with_states_between(trace, start, reached, most, HALVINGS):
                     if only_gives_way(state) and start is not None:
                         upright = _sheet(trace, in_plane, start, left)
                         yield from _upright(upright, left, attempt, asdict(state.load))
@@ -168,17 +178,17 @@ def _lost(state: CellState) -> bool:
 
 
 def _with_states_between(
-    trace: Trace, start: CellState | None, reached: CellState, halvings: int
+    trace: Trace, start: CellState | None, reached: CellState, most: float, halvings: int
 ) -> Iterator[CellState]:
-    """Yield states from ``start`` to ``reached`` whose Hessians explain the differences between them."""
-    if start is None or _lost(reached) or unexplained(start, reached) <= UNEXPLAINED:
+    """Yield states up to ``reached`` whose Hessians explain all but ``most`` of their differences [1/m]."""
+    if start is None or _lost(reached) or unexplained(start, reached) <= most:
         yield reached
         return
     if halvings == 0:
         raise _SnapError(reached.load)
     middle = next(trace([between(start.load, reached.load, 0.5)], start))
-    yield from _with_states_between(trace, start, middle, halvings - 1)
-    yield from _with_states_between(trace, middle, reached, halvings - 1)
+    yield from _with_states_between(trace, start, middle, most, halvings - 1)
+    yield from _with_states_between(trace, middle, reached, most, halvings - 1)
 
 
 def unexplained(before: CellState, after: CellState) -> float:

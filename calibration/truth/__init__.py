@@ -8,6 +8,7 @@ from calibration.truth.cases import title as title
 from calibration.truth.compare_rods import Verdict as Verdict
 from calibration.truth.compare_rods import compare_with_truth as compare_with_truth
 from calibration.truth.compare_rods import judgement as judgement
+from calibration.truth.compare_rods import way_of_tip as way_of_tip
 from calibration.truth.dataset import SHIPPED as SHIPPED
 from calibration.truth.dataset import TruthError as TruthError
 from calibration.truth.dataset import case_of as case_of

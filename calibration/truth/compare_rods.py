@@ -130,7 +130,7 @@ def compare_with_truth(truth: xr.Dataset, limits: MeshLimits | None = None) -> V
     angle, tip = truth["bending_angle"].values, truth["tip_position"].values
     mesh = [_mesh_interval(truth, limits, str(name), p) for name, p in zip(names, pressure, strict=True)]
     middle, half = (np.array([getattr(one, key) for one in mesh]) for key in ("middle", "half_width"))
-    way = _way_of_tip(angle, truth["bending_plane"].values, length, cap)
+    way = way_of_tip(angle, truth["bending_plane"].values, length, cap)
     at_limit = tip + ((middle - 1.0) * angle)[:, None] * way
     # A law of another mesh than a run's is not compared with that run's mesh.
     meshes = [level_record(truth_level(truth, str(name))) for name in names]
@@ -177,7 +177,7 @@ def _by_moment(rod: CoreRod) -> tuple[float, float]:
     return float(state["bending_angle"] / state["base_moment"]), way / float(state["base_moment"])
 
 
-def _way_of_tip(
+def way_of_tip(
     angle: Float[np.ndarray, " n"],
     plane: Float[np.ndarray, " n"],
     length: Float[np.ndarray, " n"],
@@ -186,6 +186,11 @@ def _way_of_tip(
     """Return the derivative of the tip of an arc with a cap by its angle, in its plane [m].
 
     With the tangent (sin θ, cos θ) the tip is at L (1 − cos θ, sin θ)/θ + cap (sin θ, cos θ).
+
+    Parameters
+    ----------
+    angle, plane : θ and γ [rad].
+    length, cap : lengths of body and cap [m].
     """
     near = np.abs(angle) < 1e-4
     theta = np.where(near, 1.0, angle)

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +19,13 @@ from fem_reference import (
     ActuatorGeometry,
     ActuatorRun,
     ActuatorState,
+    Design,
     Kind,
     MeshLevel,
     RecordError,
     RunError,
     Text,
+    design_text,
     level_from_record,
     level_record,
     load_record,
@@ -52,11 +55,10 @@ _LENGTHS = {"chamber": 3, "axis": 3, "row": 3, "column": 3}
 # Schemas of each case's files: the run, and its provenance.
 _RUN_KEYS: dict[str, Kind] = {"role": Text(), "winding": Text()}
 _NOTE_KEYS: dict[str, Kind] = {"command": Text(), "code_version": Text(), "date": Text()}
-#: Stations along the rod at which its axis is stored [m].
-STATIONS = np.linspace(0.0, 60e-3, 13)
-
-#: Range along the rod over which curvatures of the middle are averaged [m], two diameters from either end.
-MIDDLE = (24e-3, 36e-3)
+# Stations along the rod at which its axis is stored, and the range over which curvatures of the middle are
+# averaged, as shares of the body's length.
+_ALONG = np.linspace(0.0, 1.0, 13)
+_MIDDLE = (0.4, 0.6)
 
 
 class TruthError(ValueError):
@@ -71,7 +73,9 @@ def case_of(name: str) -> TruthCase:
     return known[name]
 
 
-def trace(case: TruthCase, directory: Path, level: str | MeshLevel, command: str) -> Iterator[ActuatorState]:
+def trace(
+    case: TruthCase, directory: Path, level: str | MeshLevel, command: str, design: Design | None = None
+) -> Iterator[ActuatorState]:
     """Follow a case's loads, with every state on disk as soon as it is computed; a killed run resumes.
 
     Parameters
@@ -80,6 +84,7 @@ def trace(case: TruthCase, directory: Path, level: str | MeshLevel, command: str
     directory : directory of all runs, which contains that of the case.
     level : mesh level of the actuator.
     command : command that repeats the run, for the provenance.
+    design : actuator, whose winding is the case's; by default the paper's.
 
     Raises
     ------
@@ -88,7 +93,8 @@ def trace(case: TruthCase, directory: Path, level: str | MeshLevel, command: str
     RunError
         If the directory holds another run of that name.
     """
-    actuator = Actuator(winding=case.winding, level=level, symmetric=case.symmetric)
+    own = replace(Design() if design is None else design, winding=case.winding)
+    actuator = Actuator.of(own, level, case.symmetric)
     description = {
         "case": case.name,
         "role": case.role,
@@ -96,6 +102,8 @@ def trace(case: TruthCase, directory: Path, level: str | MeshLevel, command: str
         "mesh": level_record(level),
         "symmetric": case.symmetric,
         "loads": [load_record(load) for load in case.loads],
+        # Runs of the paper's actuator are from before designs.
+        **({} if design is None else {"design": design_text(own)}),
     }
     run = ActuatorRun(directory / case.name, description)
     note = directory / case.name / "provenance.json"
@@ -105,8 +113,16 @@ def trace(case: TruthCase, directory: Path, level: str | MeshLevel, command: str
     return run.states(actuator, case.loads)
 
 
-def gather(directory: Path, chosen: Sequence[TruthCase] | None = None) -> xr.Dataset:
+def gather(
+    directory: Path, chosen: Sequence[TruthCase] | None = None, design: Design | None = None
+) -> xr.Dataset:
     """Return all finished states of the runs in a directory, in SI units.
+
+    Parameters
+    ----------
+    directory : of all runs.
+    chosen : cases to gather; by default all of `cases`.
+    design : actuator of the runs, which the dataset then names; by default the paper's.
 
     Raises
     ------
@@ -143,9 +159,11 @@ def gather(directory: Path, chosen: Sequence[TruthCase] | None = None) -> xr.Dat
         )
         for name, key, dims, unit, factor, _ in _VARIABLES
     }
-    axis = [_at_stations(record["axis"]) for _, record in rows]
-    middle = [_middle_curvature(record["axis"]) for _, record in rows]
-    lean = np.array([_middle_lean(record) for _, record in rows])
+    geometry = ActuatorGeometry() if design is None else design.geometry
+    stations = geometry.body_length * _ALONG
+    axis = [_at_stations(record["axis"], stations) for _, record in rows]
+    middle = [_middle_curvature(record["axis"], geometry.body_length) for _, record in rows]
+    lean = np.array([_middle_lean(record, geometry) for _, record in rows])
     data["middle_shear"] = (("state", "across"), lean[:, 0], {"units": "rad"})
     data["middle_force"] = (("state", "across"), lean[:, 1], {"units": "N"})
     data["middle_curvature"] = (("state", "axis"), np.array(middle), {"units": "1/m"})
@@ -157,8 +175,10 @@ def gather(directory: Path, chosen: Sequence[TruthCase] | None = None) -> xr.Dat
         ("role", [case.role for case, _ in rows]),
     ):
         data[name] = (("state",), np.array(values, dtype=object))
-    coords = {"station": ("station", STATIONS, {"units": "m"})}
+    coords = {"station": ("station", stations, {"units": "m"})}
     attrs = {"runs": json.dumps(provenance), "mesh": _common_mesh(provenance)}
+    if design is not None:
+        attrs["design"] = design_text(design)
     return xr.Dataset(data, coords=coords, attrs=attrs)
 
 
@@ -263,24 +283,31 @@ def free_states(truth: xr.Dataset) -> Bool[np.ndarray, " states"]:
     return ~loaded & on_loading_branch(truth, truth["case"].values)
 
 
-def _middle_curvature(axis: dict[str, Any]) -> np.ndarray:
+def _middle_curvature(axis: dict[str, Any], body_length: float) -> np.ndarray:
     """Return the mean curvature and twist of the rod's axis over the middle of the body [1/m]."""
-    length = 1e-3 * np.array(axis["arc_length_mm"])
-    inside = (length >= MIDDLE[0] - 1e-9) & (length <= MIDDLE[1] + 1e-9)
+    inside = _in_the_middle(1e-3 * np.array(axis["arc_length_mm"]), body_length)
     mean: np.ndarray = np.array(axis["curvature_per_m"])[inside].mean(axis=0)
     return mean
 
 
-def _middle_lean(record: dict[str, Any]) -> np.ndarray:
+def _in_the_middle(arc_length: np.ndarray, body_length: float) -> Bool[np.ndarray, " n"]:
+    """Return which arc lengths [m] are of the middle of the body."""
+    least, most = (share * body_length for share in _MIDDLE)
+    slack = 1e-7 * body_length
+    inside: np.ndarray = (arc_length >= least - slack) & (arc_length <= most + slack)
+    return inside
+
+
+def _middle_lean(record: dict[str, Any], geometry: ActuatorGeometry) -> np.ndarray:
     """Return the mean shear angles along d₁ and d₂ [rad], and the mean forces along these [N].
 
     They are means over the middle of the body, and NaN for records without the sections' frames.
     """
-    axis, geometry = record["axis"], ActuatorGeometry()
+    axis = record["axis"]
     if "turn_rad" not in axis:
         return np.full((2, 2), np.nan)
     length = 1e-3 * np.array(axis["arc_length_mm"])
-    inside = (length >= MIDDLE[0] - 1e-9) & (length <= MIDDLE[1] + 1e-9)
+    inside = _in_the_middle(length, geometry.body_length)
     # Silicone and rod have one density, so the weight is proportional to the volumes.
     disc = np.pi / 4.0 * geometry.body_diameter**2
     body, cap = disc - 3.0 * geometry.chamber_area, disc * geometry.cap_length
@@ -297,7 +324,7 @@ def _middle_lean(record: dict[str, Any]) -> np.ndarray:
     return mean
 
 
-def _at_stations(axis: dict[str, Any]) -> np.ndarray:
+def _at_stations(axis: dict[str, Any], stations: np.ndarray) -> np.ndarray:
     """Return the rod's axis at the stations [m], interpolated between points millimetres apart."""
     position, length = np.array(axis["position_mm"]), np.array(axis["arc_length_mm"])
-    return np.column_stack([np.interp(1e3 * STATIONS, length, position[:, k]) for k in range(3)]) / 1e3
+    return np.column_stack([np.interp(1e3 * stations, length, position[:, k]) for k in range(3)]) / 1e3

@@ -18,9 +18,19 @@ from typing import Any
 import numpy as np
 from points_file import arguments, complete
 
-from calibration.sweep import END_COMPLIANCE
-from fem_reference import CellError, Load, PeriodCell, converged_level, follow, layout, prepare_process
+from calibration.sweep import usual_end_compliance
+from fem_reference import (
+    CellError,
+    Design,
+    Load,
+    PeriodCell,
+    converged_level,
+    follow,
+    layout,
+    prepare_process,
+)
 
+END_COMPLIANCE = usual_end_compliance(Design())
 FILE = Path(__file__).parents[1] / "data" / "cell_points.json"
 SINGLE_KPA = [5.0 * n for n in range(1, 15)]
 PAIR_KPA = [5.0 * n for n in range(1, 11)]

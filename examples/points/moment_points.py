@@ -13,9 +13,19 @@ from typing import Any
 import numpy as np
 from points_file import arguments, complete
 
-from calibration.sweep import END_COMPLIANCE
-from fem_reference import CellError, Load, PeriodCell, converged_level, follow, layout, prepare_process
+from calibration.sweep import usual_end_compliance
+from fem_reference import (
+    CellError,
+    Design,
+    Load,
+    PeriodCell,
+    converged_level,
+    follow,
+    layout,
+    prepare_process,
+)
 
+END_COMPLIANCE = usual_end_compliance(Design())
 # Windings and chambers; chamber 3 of the double helix mirrors chamber 2.
 MAPPED = (("double-helix", 1), ("double-helix", 2), ("ring", 1), ("six-helix", 1))
 FILE = Path(__file__).parents[1] / "data" / "moment_points.json"

@@ -1,6 +1,6 @@
 """The full actuator: body, cap, core, winding and closed chambers under pressures, tip loads and gravity.
 
-Units are SI here; millimetres, megapascals and newtons are used behind this file only.
+Units are SI here; the body's own (`Units`) are used behind this file only.
 """
 
 from collections.abc import Iterable, Iterator
@@ -27,14 +27,13 @@ from fem_reference.geometry import (
     Winding,
     refuse_implausible,
     refuse_load_beyond,
+    refuse_pressure_beyond,
 )
 from fem_reference.materials import Material, Ogden
 from fem_reference.mesh import MeshLevel, mesh_level
 from fem_reference.solver import Equilibrium, PathError, PathMemory, SolverOptions, solve_equilibrium
 
-_MM = 1e3
-_MPA = 1e6
-# Length of the first step of a path, in units of volume: about 1.5 kPa in one chamber.
+# Length of the first step of a path, in units of volume: about 0.015 shear moduli in one chamber.
 _FIRST_STEP = 4.0
 
 
@@ -132,8 +131,8 @@ class Actuator:
     level : ``coarse``, ``medium``, ``paper``, or element counts of your own.
     density : of silicone and rod, for gravity [kg/m³].
     bonded : where the cavity is bonded to the core: in the ``cap``, as in the paper; at the ``tip`` only,
-        over its last 2 mm, the core's diameter; or ``all`` along. Elsewhere it slides without friction and
-        may leave the core.
+        over the core's diameter; or ``all`` along. Elsewhere it slides without friction and may leave the
+        core.
     cap_wound : whether the thread continues over the cap.
     symmetric : whether the body keeps its plane of symmetry, y = 0, through the middle of chamber 1. That
         halves the unknowns; geometry, winding and loads must be symmetric too. Then ``stable`` is judged
@@ -253,9 +252,9 @@ class Actuator:
             follower = self._follower(start)
             for load in loads:
                 self.refuse(load)
-                before = follower.iterations
-                found = follower.follow(load.target())
-                settled = self._settled(found, load.target(), follower.iterations - before, follower)
+                before, target = follower.iterations, load.target(self.equations.units)
+                found = follower.follow(target)
+                settled = self._settled(found, target, follower.iterations - before, follower)
                 state = self.state(load, found.configuration, settled)
                 yield state
         except NewtonError as error:
@@ -271,6 +270,7 @@ class Actuator:
         It is not symmetric, as the body is to stay; or so large that it seems to be in another unit.
         """
         geometry = self.model.geometry
+        refuse_pressure_beyond(load.pressure, self.model.material.shear_modulus)
         most = MOMENT_SHARE * self.model.material.shear_modulus * geometry.body_diameter**3
         refuse_load_beyond("tip_moment", load.tip_moment, most, "N m", geometry.body_diameter, "N mm")
         force = most / geometry.body_length
@@ -280,20 +280,20 @@ class Actuator:
 
     def _follower(self, start: ActuatorState | None) -> VolumePathFollower:
         if start is None:
-            target = ActuatorLoad().target()
+            target = ActuatorLoad().target(self.equations.units)
             rest = self.equations.rest()
             here = solve_equilibrium(self._problem, self._solver, target, rest, options=self.options)
             return VolumePathFollower(
                 self._problem, self._solver, here, target, _FIRST_STEP, options=self.options
             )
         here = Equilibrium[Deformation, ActuatorLinearisation](
-            start.deformation, None, 0, start.settled.residual, None
+            start.deformation, None, 0, start.settled.residual / self.equations.units.newton, None
         )
         return VolumePathFollower(
             self._problem,
             self._solver,
             here,
-            start.load.target(),
+            start.load.target(self.equations.units),
             start.settled.memory,
             options=self.options,
         )
@@ -303,7 +303,7 @@ class Actuator:
         if last.linear is None:
             last = replace(last, linear=self._problem.linearise(last.configuration, error.target))
         settled = self._settled(last, error.target, 0, follower)
-        return self.state(_load_of(error.target), last.configuration, settled)
+        return self.state(ActuatorLoad.of(error.target, self.equations.units), last.configuration, settled)
 
     def _settled(
         self,
@@ -312,15 +312,15 @@ class Actuator:
         iterations: int,
         follower: VolumePathFollower,
     ) -> Settled:
-        linear = found.own_linear
-        reaction = self.equations.reaction(linear, target)
+        linear, units = found.own_linear, self.equations.units
+        reaction = self.equations.reaction(linear, target) * units.newton
         return Settled(
             base_force=reaction.sum(axis=0),
-            base_moment=np.cross(linear.positions, reaction).sum(axis=0) / _MM,
+            base_moment=np.cross(linear.positions, reaction).sum(axis=0) / units.metre,
             iterations=iterations,
-            residual=found.residual,
+            residual=found.residual * units.newton,
             stable=self._stable(linear),
-            limit_pressure=None if follower.limit is None else follower.limit.pressure * _MPA,
+            limit_pressure=None if follower.limit is None else follower.limit.pressure * units.megapascal,
             memory=follower.memory,
         )
 
@@ -339,39 +339,25 @@ class Actuator:
 
     def state(self, load: ActuatorLoad, deformation: Deformation, settled: Settled) -> ActuatorState:
         """`ActuatorState` of an equilibrium under ``load``."""
-        equations = self.equations
+        equations, units = self.equations, self.equations.units
         x = deformation.positions
         frame = equations.tip.frame(x)
         shape = axis_shape(equations, x)
         tangents = np.concatenate([shape.rotations[:, :, 2], frame.rotation[None, :, 2]])
-        body = np.searchsorted(shape.arc_length, equations.body_length / _MM - 1e-9)
+        body = np.searchsorted(shape.arc_length, (equations.body_length - 1e-6) / units.metre)
         angle, plane = bending(tangents, shape.positions[body])
         return ActuatorState(
             load=load,
-            tip_position=frame.position / _MM,
+            tip_position=frame.position / units.metre,
             tip_rotation=frame.rotation,
             bending_angle=angle,
             bending_plane=plane,
-            chamber_volume=equations.volumes(deformation) / _MM**3,
+            chamber_volume=equations.volumes(deformation) / units.metre**3,
             shape=shape,
-            strain_energy=equations.strain_energy(deformation) / _MM,
-            rod_pressure=float(equations.contact.pressure(x).max(initial=0.0)) * _MPA,
-            thread_tension=float(equations.thread.tension(x).max(initial=0.0)),
-            wall_distance=equations.walls.minimum_distance(x) / _MM,
+            strain_energy=equations.strain_energy(deformation) * units.newton / units.metre,
+            rod_pressure=float(equations.contact.pressure(x).max(initial=0.0)) * units.megapascal,
+            thread_tension=float(equations.thread.tension(x).max(initial=0.0)) * units.newton,
+            wall_distance=equations.walls.minimum_distance(x) / units.metre,
             deformation=deformation,
             settled=settled,
         )
-
-
-def _load_of(target: ActuatorTarget) -> ActuatorLoad:
-    def triple(vector: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
-        first, second, third = (float(value) for value in vector)
-        return first, second, third
-
-    return ActuatorLoad(
-        triple(target.pressure * _MPA),
-        triple(target.tip_force),
-        triple(target.tip_moment / _MM),
-        triple(target.gravity / _MM),
-        target.follower,
-    )

@@ -42,10 +42,10 @@ from fem_reference.elements import (
     pressure_groups,
     total_energy,
 )
+from fem_reference.geometry import Units
 from fem_reference.mesh import (
     BOTTOM,
     CHAMBERS,
-    MILLIMETRE,
     TOP,
     actuator_mesh,
     even_mesh,
@@ -60,9 +60,8 @@ _SPAN = 2.0
 # Thickness of slabs in elimination as a share of the body's diameter. More or fewer cuts make the factors'
 # operations more, for all windings and mesh levels alike.
 _SLAB = 1.0 / 3.0
-# kg/m³ in tonne/mm³, so that an acceleration in mm/s² gives newtons.
+# kg/m³ in tonne/mm³; see `Units.acceleration`.
 _DENSITY = 1e-12
-_MPA = 1e6
 
 Linear = TypeVar("Linear", bound=ActuatorLinearisation)
 
@@ -100,7 +99,9 @@ class ActuatorEquations:
     def __init__(self, model: ActuatorModel) -> None:
         model.winding.refuse_overlap(model.thread)
         geometry = model.geometry
-        self.mesh = actuator_mesh(geometry, model.level)
+        #: Units of all that follows.
+        self.units = units = Units.of(geometry, model.material.shear_modulus)
+        self.mesh = actuator_mesh(geometry, model.level, units)
         if model.symmetric:
             self.mesh = even_mesh(self.mesh)
         self.nodes = len(self.mesh.points)
@@ -111,23 +112,24 @@ class ActuatorEquations:
             geometry.winding_diameter / 2.0,
             geometry.body_length + (geometry.cap_length if model.cap_wound else 0.0),
             model.level.around,
+            units=units,
         )
         self.chambers = [Chamber(self.mesh, name) for name in CHAMBERS]
-        radius = geometry.cavity_diameter / 2.0 * MILLIMETRE
+        radius = geometry.cavity_diameter / 2.0 * units.metre
         #: Radius at which chambers begin [mm].
-        self.inner_radius = geometry.chamber_inner_radius * MILLIMETRE
-        self.body_length = geometry.body_length * MILLIMETRE
-        length = self.body_length + geometry.cap_length * MILLIMETRE
+        self.inner_radius = geometry.chamber_inner_radius * units.metre
+        self.body_length = geometry.body_length * units.metre
+        length = self.body_length + geometry.cap_length * units.metre
         # A node's window of control points needs three spans.
         self.basis = SplineBasis(length, max(3, round(length / _SPAN)))
         density = model.density * _DENSITY
-        bending = model.core.young_modulus / _MPA * np.pi * radius**4 / 4.0
+        bending = model.core.young_modulus / units.megapascal * np.pi * radius**4 / 4.0
         self.axis = CoreSpline(self.basis, bending, density * np.pi * radius**2)
         self.rest_positions = np.concatenate([self.mesh.points, self.axis.rest()])
         self._image = self._images() if model.symmetric else None
         #: With the plane of symmetry, one hexahedron of two mirror images, which counts twice.
         self.halves = mirror_pairs(self.mesh.points[self.mesh.elements].mean(axis=1), model.symmetric)
-        self.solid = SolidElements(self.mesh, model.material, self.halves)
+        self.solid = SolidElements(self.mesh, model.material, self.halves, units)
         self.walls = WallContact(self.rest_positions, np.concatenate([c.quads for c in self.chambers]))
         # Not a ring of nodes alone: silicone has no finite stiffness against a force on a line.
         tip = max(length - 2.0 * radius, self.body_length)
@@ -150,7 +152,7 @@ class ActuatorEquations:
         self.load = ExternalLoad(self.mass, self.tip, self.fold)
         #: Order of elimination for the factors of the stiffness.
         self.elimination = SlabOrdering(
-            self._dof_map.points, self.rest_positions[:, 2], _SLAB * geometry.body_diameter * MILLIMETRE
+            self._dof_map.points, self.rest_positions[:, 2], _SLAB * geometry.body_diameter * units.metre
         )
         self._bending = self._dof_map.entries(self._bending_stiffness())
         groups = {**self.groups, **pressure_groups(self.chambers, np.zeros(3))}
@@ -165,7 +167,8 @@ class ActuatorEquations:
     def _groups(self, model: ActuatorModel) -> dict[str, ForceGroup]:
         groups: dict[str, ForceGroup] = {"solid": SolidGroup(self.solid), "thread": ThreadGroup(self.thread)}
         if model.thread.bends:
-            bending = ThreadBending(self.thread, self.mesh.points, 1e6 * model.thread.bending_stiffness)
+            stiffness = model.thread.bending_stiffness / self.units.newton * self.units.metre**2
+            bending = ThreadBending(self.thread, self.mesh.points, stiffness)
             groups["thread bending"] = DisplacementGroup(bending, bending.padding)
         groups["core"] = CoreGroup(self.axis, self.nodes)
         groups["core bond"] = DisplacementGroup(self.bond)

@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 from fem_reference.actuator.equations import ActuatorEquations
 from fem_reference.rotations import nearest_rotation
 
-_MM = 1e3
 # Sine of the polar angle below which an axis counts as straight.
 _POLE = 1e-9
 
@@ -35,7 +34,7 @@ class AxisShape:
 
 
 def axis_shape(equations: ActuatorEquations, positions: Float[np.ndarray, "points 3"]) -> AxisShape:
-    """Read the axis and the sections' frames from a deformation [mm]."""
+    """Read the axis and the sections' frames from a deformation in the body's units."""
     nodes, basis = equations.nodes, equations.basis
     rest = equations.rest_positions[:nodes]
     levels, index = np.unique(np.round(rest[:, 2], 9), return_inverse=True)
@@ -59,7 +58,8 @@ def axis_shape(equations: ActuatorEquations, positions: Float[np.ndarray, "point
     middle = 0.5 * (levels[1:] + levels[:-1])
     bend[:, 2] = np.interp(levels, middle, between[:, 2] / np.diff(levels))
     shear = np.einsum("nji,nj->ni", rotations, tilts)[:, :2]
-    return AxisShape(levels / _MM, centre / _MM, rotations, bend * _MM, shear)
+    metre = equations.units.metre
+    return AxisShape(levels / metre, centre / metre, rotations, bend * metre, shear)
 
 
 def bending(tangents: Float[np.ndarray, "n 3"], chord: Float[np.ndarray, "3"]) -> tuple[float, float]:

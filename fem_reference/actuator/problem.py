@@ -50,6 +50,7 @@ class BodyProblem(Problem[Body, Target, BodyLinear, BodyStep, ViscousSolid]):
 
     def __init__(self, equations: ActuatorEquations, motion: BodyMotion) -> None:
         self.equations, self.motion = equations, motion
+        self.kilopascals = 1e-3 * equations.units.megapascal
         self.pattern = equations.pattern
         self.contact: ActuatorContact[Body, BodyLinear] = ActuatorContact(equations, motion)
 

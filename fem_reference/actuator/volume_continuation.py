@@ -66,7 +66,7 @@ class VolumePathFollower(
                 gone = (leg.volume(found.configuration) - leg.volume(here)) / leg.unit
                 _LOG.debug(
                     "a step of %.3g: %d iterations, the longest of %.2e mm, to %.4g kPa",
-                    *(gone, found.iterations, found.longest, found.configuration.pressure * 1e3),
+                    *(gone, found.iterations, found.longest, found.configuration.pressure * leg.kilopascals),
                 )
                 rise = found.configuration.pressure - leg.along_heading(highest)
                 if rise >= 0.0:

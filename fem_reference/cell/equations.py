@@ -46,13 +46,12 @@ from fem_reference.elements import (
     pressure_groups,
     total_energy,
 )
-from fem_reference.geometry import ActuatorGeometry, Core, Thread, Winding
+from fem_reference.geometry import ActuatorGeometry, Core, Thread, Units, Winding
 from fem_reference.materials import Material
 from fem_reference.mesh import (
     BOTTOM,
     CAVITY,
     CHAMBERS,
-    MILLIMETRE,
     MeshLevel,
     body_mesh,
     even_mesh,
@@ -64,7 +63,6 @@ from fem_reference.walls import WallContact
 
 # Compliance of the gauge [mm/N]. It violates the gauge by less than 1e-9 mm, and gives its pivots a sign.
 _GAUGE_COMPLIANCE = 1e-9
-_MPA = 1e6
 #: Number of gauges: mean slip and mean rotation.
 GAUGES = 2
 #: Components of the strain that bend or twist the body out of the plane of symmetry: u1 and u3.
@@ -102,37 +100,41 @@ class CellEquations:
         symmetric: bool = False,
     ) -> None:
         winding.refuse_overlap(thread)
-        self.mesh = body_mesh(geometry, winding.period, level, winding.interval)
+        #: Units of all that follows.
+        self.units = units = Units.of(geometry, material.shear_modulus)
+        length = winding.cell_length(geometry.body_diameter)
+        self.mesh = body_mesh(geometry, length, level, min(winding.interval, length), units)
         if symmetric:
             self.mesh = even_mesh(self.mesh)
         # Threads begin where their circumference is clear of the bottom face, and so end in the next period.
-        cylinder = (geometry.winding_diameter / 2.0, winding.period, level.around, thread.radius)
+        cylinder = (geometry.winding_diameter / 2.0, length, level.around, thread.radius)
         ends = [line[:, 2].max() for line in winding.polylines(*cylinder)]
-        overlap = max(ends, default=0.0) + thread.radius - winding.period
-        self.helical = HelicalMap(self.mesh, max(overlap, 0.0) * MILLIMETRE)
+        overlap = max(ends, default=0.0) + thread.radius - length
+        self.helical = HelicalMap(self.mesh, max(overlap, 0.0) * units.metre)
         self.period = self.helical.period
         #: Length of the core's axis on which closest points are sought [mm].
         self.reach = 2.0 * self.period
         #: With the plane of symmetry, one hexahedron of two mirror images, which counts twice.
         self.halves = mirror_pairs(self.mesh.points[self.mesh.elements].mean(axis=1), symmetric)
-        self.solid = SolidElements(self.mesh, material, self.halves)
-        self.thread = ThreadSegments(self.helical.continued, winding, thread, *cylinder)
+        self.solid = SolidElements(self.mesh, material, self.halves, units=units)
+        self.thread = ThreadSegments(self.helical.continued, winding, thread, *cylinder, units=units)
         #: Force groups of the nodes that take neither pressures nor the strain.
         self.groups: dict[str, ForceGroup] = {
             "solid": SolidGroup(self.solid),
             "thread": ThreadGroup(self.thread),
         }
         if thread.bends:
-            at_rest, stiffness = self.helical.continued.points, 1e6 * thread.bending_stiffness
+            stiffness = thread.bending_stiffness / units.newton * units.metre**2
+            at_rest = self.helical.continued.points
             bending = ThreadBending(self.thread, at_rest, stiffness, goes_on=True)
             self.groups["thread bending"] = DisplacementGroup(bending, bending.padding)
         self.chambers = [Chamber(self.mesh, name) for name in CHAMBERS]
         self.walls = WallContact(self.mesh.points, np.concatenate([c.quads for c in self.chambers]))
-        radius = geometry.cavity_diameter / 2.0 * MILLIMETRE
+        radius = geometry.cavity_diameter / 2.0 * units.metre
         self.rod = self._core_contact(radius)
-        self.axial_stiffness = axial_stiffness
-        modulus = (core or Core()).young_modulus / _MPA
-        self._axial = AxialStiffness(modulus * np.pi * radius**4 / 4.0, axial_stiffness)
+        self.axial_stiffness = None if axial_stiffness is None else axial_stiffness / units.newton
+        modulus = (core or Core()).young_modulus / units.megapascal
+        self._axial = AxialStiffness(modulus * np.pi * radius**4 / 4.0, self.axial_stiffness)
         self._rest_positions = self.mesh.points[self.helical.independent]
         self._image = self._images() if symmetric else None
         held = np.zeros((self.helical.count, 3), dtype=bool)

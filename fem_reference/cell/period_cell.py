@@ -1,6 +1,6 @@
 """The period cell: one winding period of the actuator under pressure, bent freely or to a given curvature.
 
-Units are SI here; millimetres, megapascals and newtons are used behind this file only.
+Units are SI here; the body's own (`Units`) are used behind this file only.
 """
 
 from collections.abc import Iterable, Iterator
@@ -23,18 +23,17 @@ from fem_reference.geometry import (
     Core,
     DoubleHelix,
     Thread,
+    Units,
     Winding,
     as_vector,
     refuse_implausible,
     refuse_load_beyond,
+    refuse_pressure_beyond,
 )
 from fem_reference.materials import Material, Ogden
 from fem_reference.mesh import MeshLevel, converged_level, mesh_level
 from fem_reference.solver import Equilibrium, PathError, PathFollower, SolverOptions, solve_equilibrium
 
-_MM = 1e3
-_MPA = 1e6
-_MAX_PRESSURE = 0.2e6
 # First step of a path from rest, in units of `CellTarget.to`: mostly it converges, in fewer iterations than
 # several shorter steps. A path from another start begins with a short step.
 _FIRST_STEP, _STEP_FROM_A_START = 10.0, 1.0
@@ -65,10 +64,8 @@ class Load:
 
     def __post_init__(self) -> None:
         pressure = as_vector("pressure", self.pressure, "Pa")
-        if pressure.min() < 0.0 or pressure.max() > _MAX_PRESSURE:
-            raise ValueError(
-                f"pressure: got {self.pressure!r} Pa, expected each between 0 and {_MAX_PRESSURE:g} Pa"
-            )
+        if pressure.min() < 0.0:
+            raise ValueError(f"pressure: got {self.pressure!r} Pa, expected none below 0 Pa")
         if self.moment is not None and self.curvature is not None:
             raise ValueError("moment and curvature: got both, expected at most one of them")
         for name, unit in (("moment", "N m"), ("curvature", "1/m")):
@@ -81,12 +78,12 @@ class Load:
         bend = self.curvature or self.moment or (0.0, 0.0, 0.0)
         return self.pressure[1] == self.pressure[2] and bend[0] == bend[2] == 0.0
 
-    def _target(self) -> CellTarget:
-        pressure = np.asarray(self.pressure, float) / _MPA
+    def _target(self, units: Units) -> CellTarget:
+        pressure = np.asarray(self.pressure, float) / units.megapascal
         if self.curvature is not None:
-            return CellTarget(pressure, curvature=np.asarray(self.curvature, float) / _MM)
-        moment = np.zeros(3) if self.moment is None else np.asarray(self.moment, float) * _MM
-        return CellTarget(pressure, moment=moment)
+            return CellTarget(pressure, curvature=np.asarray(self.curvature, float) / units.metre)
+        given = (0.0, 0.0, 0.0) if self.moment is None else self.moment
+        return CellTarget(pressure, moment=np.asarray(given, float) * units.metre / units.newton)
 
 
 @dataclass(frozen=True)
@@ -262,7 +259,7 @@ class PeriodCell:
         return self.equations.size
 
     def refuse(self, load: Load) -> None:
-        """Raise a ValueError for a moment or a curvature so large that it seems to be in another unit.
+        """Raise a ValueError for a load so large that no such body holds it, or it seems in another unit.
 
         Likewise for a load that leaves the plane of symmetry, if the cell keeps it.
         """
@@ -272,6 +269,7 @@ class PeriodCell:
                 "moment or curvature about y alone"
             )
         diameter = self.geometry.body_diameter
+        refuse_pressure_beyond(load.pressure, self.material.shear_modulus)
         if load.moment is not None:
             most = MOMENT_SHARE * self.material.shear_modulus * diameter**3
             refuse_load_beyond("moment", load.moment, most, "N m", diameter, "N mm")
@@ -310,7 +308,7 @@ class PeriodCell:
     def _state(
         self, load: Load, found: CellEquilibrium, target: CellTarget, iterations: int, jumped: bool
     ) -> CellState:
-        equations = self.equations
+        equations, units = self.equations, self.equations.units
         period = equations.period
         section = condense(equations, self._solver, found)
         volume = found.own_linear.volume / period
@@ -318,22 +316,22 @@ class PeriodCell:
             target.pressure @ volume
         )
         # Π per length is in N mm/mm = N; u in 1/mm, p in MPa, so that m is in N mm and V in mm².
-        scale = np.array([1.0 / _MM] * 3 + [1.0 / _MPA] * 3)
+        scale = np.array([1.0 / units.metre] * 3 + [1.0 / units.megapascal] * 3)
         held = target.curvature is not None
         outer = section.negative_at_curvature if held else section.negative_in_bending
         inner = found.negative_eigenvalues_true_contact
         negative = None if inner is None else inner + outer
         return CellState(
             load=load,
-            pressure=np.asarray(target.pressure) * _MPA,
-            curvature=found.configuration.curvature * _MM,
-            moment=section.moment / _MM,
+            pressure=np.asarray(target.pressure) * units.megapascal,
+            curvature=found.configuration.curvature * units.metre,
+            moment=section.moment * units.newton / units.metre,
             stretch=float(found.configuration.strain[3]),
-            energy=energy,
-            volume=volume / _MM**2,
-            hessian=section.hessian * np.outer(scale, scale),
+            energy=energy * units.newton,
+            volume=volume / units.metre**2,
+            hessian=section.hessian * np.outer(scale, scale) * units.newton,
             iterations=iterations,
-            residual=found.residual,
+            residual=found.residual * units.newton,
             stable=None if self._in_doubt(found) else negative == 0,
             negative_directions=negative,
             jumped=jumped,
@@ -362,19 +360,19 @@ def follow(
     CellError
         If a load is not reached; the states before have been yielded.
     """
-    problem, solver = cell._problem, cell._solver
+    problem, solver, units = cell._problem, cell._solver, cell.equations.units
     state = start
     try:
         here, target, step = cell._at_rest(), _UNLOADED, _FIRST_STEP
         if start is not None:
-            target, step = start.load._target(), _STEP_FROM_A_START
+            target, step = start.load._target(units), _STEP_FROM_A_START
             begun = cell.equations.symmetrised(start.configuration)
             here = solve_equilibrium(problem, solver, target, begun, options=cell.options)
         follower = PathFollower(problem, solver, here, target, step, creeps=jumps, options=cell.options)
         for load in loads:
             cell.refuse(load)
             before = follower.iterations
-            goal = load._target()
+            goal = load._target(units)
             follower.target = _restated(follower.target, follower.equilibrium, goal, cell.equations.period)
             found = follower.follow(goal)
             state = cell._state(load, found, goal, follower.iterations - before, follower.jumped)
@@ -390,7 +388,7 @@ def follow(
         except NewtonError:
             # Near an instability even the last equilibrium may not converge again.
             raise CellError(message, state, error.unstable) from error
-        reached = cell._state(_load_of(error.target), last, error.target, 0, follower.jumped)
+        reached = cell._state(_load_of(error.target, units), last, error.target, 0, follower.jumped)
         raise CellError(message, reached, error.unstable) from error
 
 
@@ -403,11 +401,13 @@ def _restated(here: CellTarget, at: CellEquilibrium, goal: CellTarget, period: f
     return CellTarget(here.pressure, moment=at.own_linear.strain_residual[:3] / period)
 
 
-def _load_of(target: CellTarget) -> Load:
-    pressure = _triple(target.pressure * _MPA)
+def _load_of(target: CellTarget, units: Units) -> Load:
+    pressure = _triple(target.pressure * units.megapascal)
     if target.curvature is not None:
-        return Load(pressure, curvature=_triple(target.curvature * _MM))
-    return Load(pressure, moment=None if target.moment is None else _triple(target.moment / _MM))
+        return Load(pressure, curvature=_triple(target.curvature * units.metre))
+    if target.moment is None:
+        return Load(pressure)
+    return Load(pressure, moment=_triple(target.moment * units.newton / units.metre))
 
 
 def _triple(vector: Float[np.ndarray, "3"]) -> tuple[float, float, float]:

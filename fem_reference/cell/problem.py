@@ -87,6 +87,7 @@ class CellProblem(Problem[Configuration, CellTarget, CellLinearisation, Step, Vi
 
     def __init__(self, equations: CellEquations) -> None:
         self.equations = equations
+        self.kilopascals = 1e-3 * equations.units.megapascal
         self.pattern = equations.pattern
         self.contact = CellContact(equations)
         self._kept: _StrainColumns | None = None

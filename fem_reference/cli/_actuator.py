@@ -24,7 +24,7 @@ from fem_reference.cli._arguments import (
 )
 from fem_reference.cli._progress import track_actuator
 from fem_reference.design import BONDS, Design
-from fem_reference.geometry import Core
+from fem_reference.geometry import SI, Core
 from fem_reference.io import (
     ActuatorRun,
     ActuatorSeries,
@@ -36,7 +36,8 @@ from fem_reference.io import (
 )
 from fem_reference.materials import Ogden
 
-_STEP_KPA = 5.0
+# Load step in the body's megapascals: 5 kPa in the paper's actuator.
+_STEP = 5e-3
 
 
 def add_command(commands: Any) -> None:
@@ -85,7 +86,8 @@ def _actuator(options: argparse.Namespace) -> int:
         check_writable("--plot", Path(options.plot), PICTURES)
     try:
         design = _design(options)
-        loads = _ramp(_load(options))
+        load = _load(options)
+        loads = _ramp(load, max(load.pressure) / (_STEP * design.units.megapascal))
         actuator = Actuator.of(design, options.elements, options.symmetric)
         actuator.refuse(loads[-1])
         states, start, done = actuator.follow(loads), None, 0
@@ -170,9 +172,9 @@ def _load(options: argparse.Namespace) -> ActuatorLoad:
     )
 
 
-def _ramp(load: ActuatorLoad) -> list[ActuatorLoad]:
+def _ramp(load: ActuatorLoad, least: float) -> list[ActuatorLoad]:
     """Return loads in even steps from rest to the given one, for a progress bar to count."""
-    steps = max(1, math.ceil(1e-3 * max(load.pressure) / _STEP_KPA))
+    steps = max(1, math.ceil(least))
 
     def part(vector: tuple[float, float, float], share: float) -> tuple[float, float, float]:
         return share * vector[0], share * vector[1], share * vector[2]
@@ -201,7 +203,10 @@ def _description(actuator: Actuator, loads: list[ActuatorLoad]) -> dict[str, Any
         del model["core"]
     if law.stretch_range is None:
         del model["material"]["stretch_range"]
-    return {"model": model, "loads": [load_record(load) for load in loads]}
+    # Checkpoints are in the body's units; those of earlier runs are in millimetres and megapascals.
+    units = actuator.equations.units
+    own = {} if units == SI else {"units": asdict(units)}
+    return {"model": model, **own, "loads": [load_record(load) for load in loads]}
 
 
 def _text(record: dict[str, Any]) -> str:

@@ -76,10 +76,11 @@ def design_of(options: argparse.Namespace) -> Design:
         For a file or a change that is impossible.
     """
     own = Design() if options.design is None else read_design(options.design)
-    return replace(own, geometry=_geometry(options, own.geometry), winding=_winding(options, own.winding))
+    geometry = _geometry(options, own.geometry)
+    return replace(own, geometry=geometry, winding=_winding(options, own.winding, geometry))
 
 
-def _winding(options: argparse.Namespace, own: Winding) -> Winding:
+def _winding(options: argparse.Namespace, own: Winding, geometry: ActuatorGeometry) -> Winding:
     flags = (options.layout, options.psi_deg, options.pitch_mm, options.spacing_mm)
     if all(flag is None for flag in flags):
         return own
@@ -88,7 +89,8 @@ def _winding(options: argparse.Namespace, own: Winding) -> Winding:
         (psi_deg,) = numbers("--psi-deg", options.psi_deg, 1, "deg")
         psi = math.radians(psi_deg if abs(psi_deg) <= 360.0 else math.remainder(psi_deg, 360.0))
     # Rings half a pitch apart need the thread of a double helix.
-    pitch = 2.0 * own.spacing if isinstance(own, Ring) else getattr(own, "pitch", own.period)
+    length = own.cell_length(geometry.body_diameter)
+    pitch = 2.0 * own.spacing if isinstance(own, Ring) else getattr(own, "pitch", length)
     if options.pitch_mm is not None:
         pitch = 1e-3 * numbers("--pitch-mm", options.pitch_mm, 1, "mm")[0]
     spacing = None

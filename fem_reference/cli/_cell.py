@@ -24,7 +24,8 @@ from fem_reference.cli._arguments import (
 from fem_reference.cli._progress import track
 from fem_reference.io import draw_cell, write_vtk
 
-_STEP_KPA = 2.5
+# Load step in the body's megapascals: 2.5 kPa in the paper's actuator.
+_STEP = 2.5e-3
 # Load steps at least if a curve is plotted.
 _PLOTTED_STEPS = 8
 
@@ -68,8 +69,11 @@ def _cell(options: argparse.Namespace) -> int:
     if options.plot is not None:
         check_writable("--plot", Path(options.plot), PICTURES)
     try:
-        loads = _ramp(pressure, moment, curvature, 1 if options.plot is None else _PLOTTED_STEPS)
-        cell = PeriodCell.of(design_of(options), options.elements, compliance)
+        design = design_of(options)
+        least = 1 if options.plot is None else _PLOTTED_STEPS
+        steps = max(least, math.ceil(1e3 * max(pressure) / (_STEP * design.units.megapascal)))
+        loads = _ramp(pressure, moment, curvature, steps)
+        cell = PeriodCell.of(design, options.elements, compliance)
         cell.refuse(loads[-1])
     except ValueError as error:
         raise InputError(with_flags(str(error))) from error
@@ -103,10 +107,9 @@ def _cell(options: argparse.Namespace) -> int:
 
 
 def _ramp(
-    pressure: list[float], moment: list[float] | None, curvature: list[float] | None, least: int
+    pressure: list[float], moment: list[float] | None, curvature: list[float] | None, steps: int
 ) -> list[Load]:
     """Return loads in even steps from rest to the given one, for a progress bar to count."""
-    steps = max(least, math.ceil(max(pressure) / _STEP_KPA))
 
     def part(vector: list[float], factor: float) -> tuple[float, float, float]:
         return factor * vector[0], factor * vector[1], factor * vector[2]

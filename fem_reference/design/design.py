@@ -8,6 +8,7 @@ from fem_reference.geometry import (
     DoubleHelix,
     NoWinding,
     Thread,
+    Units,
     Winding,
     as_vector,
     refuse_implausible,
@@ -80,6 +81,11 @@ class Design:
         _refuse_pressures(self)
         if not isinstance(self.winding, NoWinding):
             _refuse_winding(self.geometry, self.winding, self.thread)
+
+    @property
+    def units(self) -> Units:
+        """Units in which this body is computed."""
+        return Units.of(self.geometry, self.material.shear_modulus)
 
 
 def _refuse_thin_walls(geometry: ActuatorGeometry) -> None:

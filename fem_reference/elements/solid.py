@@ -28,10 +28,9 @@ from jaxtyping import Float
 
 from fem_reference.elements import hexahedron_kernel
 from fem_reference.elements.hexahedron_kernel import ElementChunk
+from fem_reference.geometry import SI, Units
 from fem_reference.materials import Material
 from fem_reference.mesh import BodyMesh, MirrorPairs, reference_element
-
-_MPA = 1e6
 
 # Gauss points in one chunk: few enough for the processor's cache, and no power of two, which would map all
 # arrays to the same cache lines.
@@ -50,13 +49,17 @@ class SolidElements:
     material : of all hexahedra.
     halves : mirror pairs of hexahedra. Only the kept ones are computed, each weighted by the number that it
         stands for; by default all are.
+    units : of the mesh, and of stresses.
     """
 
-    def __init__(self, mesh: BodyMesh, material: Material, halves: MirrorPairs | None = None) -> None:
+    def __init__(
+        self, mesh: BodyMesh, material: Material, halves: MirrorPairs | None = None, units: Units = SI
+    ) -> None:
         reference = reference_element(mesh.order)
         self.material = material
         self.connectivity = mesh.elements if halves is None else mesh.elements[halves.kept]
-        self.bulk_modulus = material.bulk_modulus / _MPA
+        self.bulk_modulus = material.bulk_modulus / units.megapascal
+        self._shear_modulus = material.shear_modulus / units.megapascal
         corner = mesh.points[self.connectivity]
         # ∂X_i/∂ξ_j at every Gauss point.
         mapping = np.einsum("eai,qaj->eqij", corner, reference.gradients)
@@ -78,7 +81,7 @@ class SolidElements:
         members = [np.minimum(np.arange(start, start + size), len(corner) - 1) for start in self._starts]
         self._members = [self.connectivity[chosen] for chosen in members]
         with jax.enable_x64(True):
-            self._constants = (material.isochoric(_MPA), jnp.asarray(self.bulk_modulus))
+            self._constants = (material.isochoric(units.megapascal), jnp.asarray(self.bulk_modulus))
             self._chunks = [
                 ElementChunk(
                     gradients=jnp.asarray(np.ascontiguousarray(gradients[chosen].transpose(2, 3, 1, 0))),
@@ -206,10 +209,9 @@ class SolidElements:
         """
         dofs = 3 * self.connectivity.shape[1]
         matrices = np.empty((len(self), dofs, dofs))
-        modulus = self.material.shear_modulus / _MPA
 
         def fill(part: slice, chunk: ElementChunk, local: np.ndarray) -> None:
-            found = hexahedron_kernel.viscosity(chunk, modulus, local)
+            found = hexahedron_kernel.viscosity(chunk, self._shear_modulus, local)
             matrices[part] = _matrices(found)[: len(matrices[part])]
 
         self._in_chunks(fill, positions)

@@ -20,8 +20,8 @@ beams into 3D solid volumes, Comput. Mech. 66.
 import numpy as np
 from jaxtyping import Bool, Float
 
-from fem_reference.geometry import Thread, Winding
-from fem_reference.mesh import MILLIMETRE, BodyMesh, embed_circles, embed_points, merged
+from fem_reference.geometry import SI, Thread, Units, Winding
+from fem_reference.mesh import BodyMesh, embed_circles, embed_points, merged
 
 
 class ThreadSegments:
@@ -34,6 +34,7 @@ class ThreadSegments:
     radius, length : radius and length of the winding's cylinder [m].
     points_per_turn : segments per turn of a helix or per ring; about one per node interval.
     start : height at which the winding begins [m].
+    units : of the mesh, and of forces.
 
     Raises
     ------
@@ -50,17 +51,18 @@ class ThreadSegments:
         length: float,
         points_per_turn: int,
         start: float = 0.0,
+        units: Units = SI,
     ) -> None:
         winding.refuse_overlap(thread)
-        self.axial_stiffness = thread.axial_stiffness
+        self.axial_stiffness = thread.axial_stiffness / units.newton
         self._slack_share = thread.slack_share
         hosts, weights, self.polylines = [], [], []
         count = 0
         pairs = []
         for line in winding.polylines(radius, length, points_per_turn, start):
-            points = line * MILLIMETRE
+            points = line * units.metre
             if thread.coupling == "circumference":
-                host, weight = embed_circles(mesh, points, thread.radius * MILLIMETRE)
+                host, weight = embed_circles(mesh, points, thread.radius * units.metre)
             else:
                 host, weight = embed_points(mesh, points)
             hosts.append(host)

@@ -7,9 +7,13 @@ from fem_reference.geometry.plausible import BULK_TO_SHEAR as BULK_TO_SHEAR
 from fem_reference.geometry.plausible import CURVATURE_SHARE as CURVATURE_SHARE
 from fem_reference.geometry.plausible import MOMENT_SHARE as MOMENT_SHARE
 from fem_reference.geometry.plausible import PLAUSIBLE as PLAUSIBLE
+from fem_reference.geometry.plausible import PRESSURE_SHARE as PRESSURE_SHARE
 from fem_reference.geometry.plausible import refuse_implausible as refuse_implausible
 from fem_reference.geometry.plausible import refuse_load_beyond as refuse_load_beyond
+from fem_reference.geometry.plausible import refuse_pressure_beyond as refuse_pressure_beyond
 from fem_reference.geometry.thread_library import THREADS as THREADS
+from fem_reference.geometry.units import SI as SI
+from fem_reference.geometry.units import Units as Units
 from fem_reference.geometry.winding import COUPLINGS as COUPLINGS
 from fem_reference.geometry.winding import LAYOUTS as LAYOUTS
 from fem_reference.geometry.winding import DoubleHelix as DoubleHelix

@@ -52,6 +52,8 @@ BULK_TO_SHEAR = (2.0, 2e6)
 #: Of G D³, with G the body's shear modulus and D its diameter, the largest moment on a section, and the
 #: largest force times the body's length; and of 1/D, the largest curvature. Bodies fold far below.
 MOMENT_SHARE, CURVATURE_SHARE = 1.0, 4.0
+#: Of G, the largest pressure in a chamber that is computed: walls of such bodies fold at a sixth of it.
+PRESSURE_SHARE = 4.0
 
 
 def refuse_implausible(name: str, value: float) -> None:
@@ -85,4 +87,14 @@ def refuse_load_beyond(
         raise ValueError(
             f"{name}: got {size:g} {unit}, expected at most {most:.3g} {unit} on a body of "
             f"{1e3 * diameter:g} mm; is it in {other}?"
+        )
+
+
+def refuse_pressure_beyond(pressure: tuple[float, float, float], shear_modulus: float) -> None:
+    """Raise a ValueError for a gauge pressure [Pa] that no body of that shear modulus [Pa] holds."""
+    most = PRESSURE_SHARE * shear_modulus
+    if max(pressure) > most:
+        raise ValueError(
+            f"pressure: got {pressure!r} Pa, expected each between 0 and {most:.3g} Pa, {PRESSURE_SHARE:g} "
+            "shear moduli of the material; is it in another unit?"
         )

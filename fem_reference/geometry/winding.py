@@ -85,7 +85,11 @@ class Winding(abc.ABC):
     @property
     @abc.abstractmethod
     def period(self) -> float:
-        """Axial length after which the layout repeats, and which a period cell spans [m]."""
+        """Smallest axial length after which the layout repeats [m]; infinite where there is no smallest."""
+
+    def cell_length(self, body_diameter: float) -> float:
+        """Return the length of a period cell [m] of a body with this diameter [m]: a period."""
+        return self.period
 
     @property
     @abc.abstractmethod
@@ -272,13 +276,17 @@ class NoWinding(Winding):
 
     @property
     def period(self) -> float:
-        """Length of the cell [m]: the default pitch of the double helix, as any length is a period."""
-        return 3e-3
+        """See `Winding.period`; every length is one."""
+        return math.inf
+
+    def cell_length(self, body_diameter: float) -> float:
+        """Return a quarter of the diameter [m], about a pitch of a helix, as every length is a period."""
+        return body_diameter / 4.0
 
     @property
     def interval(self) -> float:
-        """See `Winding.interval`; there is nothing between the cell's ends."""
-        return self.period
+        """See `Winding.interval`; there are no crossings."""
+        return math.inf
 
     @property
     def mirror_symmetric(self) -> bool:

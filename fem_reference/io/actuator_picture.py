@@ -17,7 +17,7 @@ _STRAIGHT = 1e-6
 def draw_actuator(actuator: Actuator, state: ActuatorState, file: str | Path) -> None:
     """Write a picture of the deformed actuator in its bending plane; the suffix chooses the format.
 
-    Lengths in mm.
+    Its lengths are in mm.
     """
     equations = actuator.equations
     x = state.deformation.positions
@@ -31,7 +31,8 @@ def draw_actuator(actuator: Actuator, state: ActuatorState, file: str | Path) ->
 
     figure = Figure(figsize=(7.0, 6.0), layout="constrained")
     axes = figure.add_subplot()
-    paint(axes, view, [(skin, SILICONE), (thread, THREAD)])
+    millimetre = 1e3 * equations.units.millimetre
+    paint(axes, view, [(millimetre * skin, SILICONE), (millimetre * thread, THREAD)])
     axes.autoscale_view()
     plane = "straight" if straight else f"γ = {np.rad2deg(state.bending_plane):.1f}°"
     axes.set(

@@ -9,7 +9,7 @@ from fem_reference.actuator import Actuator, ActuatorLoad, ActuatorState
 from fem_reference.io.atomic import atomic_part, write_atomically
 from fem_reference.mesh import VTK_HEXAHEDRON
 
-_KPA_PER_MPA = 1e3
+_MM, _KPA = 1e3, 1e-3
 BODY, WINDING, ROD = 0, 1, 2
 
 
@@ -33,11 +33,12 @@ def write_actuator_vtk(actuator: Actuator, state: ActuatorState, file: str | Pat
     if file.suffix not in (".vtu", ".vtk"):
         raise ValueError(f"file: got {file.name!r}, expected a name that ends in .vtu or .vtk")
     equations, thread = actuator.equations, actuator.equations.thread
-    nodes, basis = equations.nodes, equations.basis
+    nodes, basis, units = equations.nodes, equations.basis, equations.units
     stations = np.linspace(0.0, basis.length, basis.spans + 1)
 
     def points(x: np.ndarray) -> np.ndarray:
-        return np.concatenate([x[:nodes], thread.points(x), basis.values(stations) @ x[nodes:]])
+        every = np.concatenate([x[:nodes], thread.points(x), basis.values(stations) @ x[nodes:]])
+        return _MM * units.millimetre * every
 
     rest, moved = points(equations.rest_positions), points(state.deformation.positions)
     hexes = equations.mesh.cells[:, VTK_HEXAHEDRON]
@@ -45,8 +46,8 @@ def write_actuator_vtk(actuator: Actuator, state: ActuatorState, file: str | Pat
     winding = nodes + np.concatenate([np.empty((0, 2), int), *lines])
     axis = len(rest) - len(stations) + np.column_stack([np.arange(basis.spans), np.arange(basis.spans) + 1])
     # The element pressure is positive in tension.
-    mean = equations.halves.expand(state.deformation.element_pressure)[:, 0]
-    pressure = np.repeat(-_KPA_PER_MPA * mean, equations.mesh.order**3)
+    mean = _KPA * units.megapascal * equations.halves.expand(state.deformation.element_pressure)[:, 0]
+    pressure = np.repeat(-mean, equations.mesh.order**3)
     counts = (len(hexes), len(winding), len(axis))
     zeros = [np.zeros(count) for count in counts]
     grid = meshio.Mesh(
@@ -58,8 +59,8 @@ def write_actuator_vtk(actuator: Actuator, state: ActuatorState, file: str | Pat
             "pressure_kpa": [pressure, zeros[1], zeros[2]],
             "tension_n": [
                 zeros[0],
-                thread.tension(state.deformation.positions),
-                equations.axis.tension(state.deformation.positions[nodes:]),
+                units.newton * thread.tension(state.deformation.positions),
+                units.newton * equations.axis.tension(state.deformation.positions[nodes:]),
             ],
         },
     )

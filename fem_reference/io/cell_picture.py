@@ -17,12 +17,12 @@ from fem_reference.mesh import BOTTOM, OUTER, cut
 
 _COLOURS = ("#0072b2", "#e69f00", "#009e73")
 _STYLES = ("o-", "s--", "^:")
-# Margin for a label beside the section [mm].
+# Margin for a label beside the section, in the body's millimetres.
 _MARGIN = 2.4
-# Moments below this are the solver's residual [N m].
-_FREE = 1e-7
-# A cell with less curvature is straight [1/m].
-_STRAIGHT = 1e-5
+# Moments below this are the solver's residual, in the body's N mm.
+_FREE = 1e-4
+# A cell with less curvature is straight, in one over the body's millimetre.
+_STRAIGHT = 1e-8
 
 
 def draw_cell(cell: PeriodCell, states: Sequence[CellState], file: str | Path) -> None:
@@ -54,24 +54,24 @@ def _draw_section(axes: Axes, cell: PeriodCell, state: CellState) -> None:
     """Draw the bottom face, over its shape at rest."""
     equations = cell.equations
     mesh = equations.mesh
-    nodes = equations.all_positions(state.configuration)
+    millimetre = 1e3 * equations.units.millimetre
+    at_rest, nodes = millimetre * mesh.points, millimetre * equations.all_positions(state.configuration)
     quads = mesh.quads(BOTTOM)
-    rest = PolyCollection(
-        list(mesh.points[quads][:, :, :2]), facecolor="0.88", edgecolor="0.88", linewidth=0.3
-    )
+    margin = millimetre * _MARGIN
+    rest = PolyCollection(list(at_rest[quads][:, :, :2]), facecolor="0.88", edgecolor="0.88", linewidth=0.3)
     moved = PolyCollection(
         list(nodes[quads][:, :, :2]), facecolor=SILICONE, edgecolor="#b08d57", linewidth=0.3, alpha=0.9
     )
     axes.add_collection(rest)
     axes.add_collection(moved)
     axes.add_patch(Circle((0.0, 0.0), 0.5e3 * cell.geometry.cavity_diameter, color="0.45"))
-    outside = np.abs(nodes[np.unique(quads), :2]).max() + _MARGIN
+    outside = np.abs(nodes[np.unique(quads), :2]).max() + margin
     for chamber, colour in enumerate(_COLOURS):
         azimuth = 2.0 * np.pi / 3.0 * chamber
         text = f"chamber {chamber + 1}\n{1e-3 * state.pressure[chamber]:.4g} kPa"
         x, y = outside * np.cos(azimuth), outside * np.sin(azimuth)
         axes.text(x, y, text, ha="center", va="center", fontsize=9, color=colour)
-        axes.update_datalim([(x - _MARGIN, y - _MARGIN), (x + _MARGIN, y + _MARGIN)])
+        axes.update_datalim([(x - margin, y - margin), (x + margin, y + margin)])
     axes.autoscale_view()
     axes.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]", title="section, at rest in grey")
 
@@ -81,7 +81,7 @@ def _draw_body(axes: Axes, cell: PeriodCell, state: CellState) -> None:
     equations = cell.equations
     mesh = equations.mesh
     u1, u2, _ = state.curvature
-    straight = np.hypot(u1, u2) < _STRAIGHT
+    straight = np.hypot(u1, u2) * equations.units.millimetre < _STRAIGHT
     plane = 0.0 if straight else float(np.arctan2(u1, -u2))
     view = across(plane)
     nodes = equations.all_positions(state.configuration)
@@ -89,11 +89,14 @@ def _draw_body(axes: Axes, cell: PeriodCell, state: CellState) -> None:
     # The faces' normals point into the elements.
     quads = cut(mesh.oriented(OUTER), mesh.order)[:, ::-1]
     skins, threads, thread = [], [], equations.thread.points(nodes)
-    for _ in range(max(1, round(cell.geometry.body_length / cell.winding.period))):
+    cells = cell.geometry.body_length / cell.winding.cell_length(cell.geometry.body_diameter)
+    for _ in range(max(1, round(cells))):
         skins.append(nodes[quads])
         threads.append(thread_faces(thread, equations.thread.polylines, skins[-1], view))
         nodes, thread = nodes @ turn.T + shift, thread @ turn.T + shift
-    paint(axes, view, [(np.concatenate(skins), SILICONE), (np.concatenate(threads), THREAD)])
+    millimetre = 1e3 * equations.units.millimetre
+    bodies = [(np.concatenate(skins), SILICONE), (np.concatenate(threads), THREAD)]
+    paint(axes, view, [(millimetre * faces, colour) for faces, colour in bodies])
     axes.autoscale_view()
     length = 1e3 * cell.geometry.body_length
     angle = np.rad2deg(cell.geometry.body_length * np.hypot(u1, u2))
@@ -119,7 +122,8 @@ def _draw_curves(axes: list[Axes], cell: PeriodCell, states: Sequence[CellState]
     axes[0].set_ylabel(f"θ of {1e3 * length:g} mm [deg]")
     _plot_three(axes[1], raised, curvature, "u")
     axes[1].set_ylabel("curvature, twist [1/m]")
-    if np.abs(moment).max() > _FREE:
+    units = cell.equations.units
+    if np.abs(moment).max() > _FREE * units.newton * units.millimetre:
         _plot_three(axes[2], raised, 1e3 * moment, "m")
         axes[2].set_ylabel("moment [N mm]")
     else:

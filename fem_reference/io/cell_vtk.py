@@ -9,7 +9,7 @@ from fem_reference.cell import CellState, PeriodCell
 from fem_reference.io.atomic import atomic_part
 from fem_reference.mesh import VTK_HEXAHEDRON
 
-_KPA_PER_MPA = 1e3
+_MM, _KPA = 1e3, 1e-3
 BODY, WINDING = 0, 1
 
 
@@ -36,7 +36,7 @@ def write_vtk(cell: PeriodCell, state: CellState, file: str | Path, periods: int
         raise ValueError(f"file: got {file.name!r}, expected a name that ends in .vtu or .vtk")
     if periods < 1:
         raise ValueError(f"periods: got {periods}, expected at least 1")
-    equations = cell.equations
+    equations, units = cell.equations, cell.equations.units
     body_points = equations.mesh.points
     rest = np.concatenate([body_points, equations.thread.points(equations.helical.continued.points)])
     nodes = equations.all_positions(state.configuration)
@@ -52,16 +52,17 @@ def write_vtk(cell: PeriodCell, state: CellState, file: str | Path, periods: int
         hex_cells.append(hexes + k * len(rest))
         line_cells.append(lines + k * len(rest))
         moved = moved @ turn.T + shift
-    points = np.concatenate(deformed)
+    millimetre = _MM * units.millimetre
+    points = millimetre * np.concatenate(deformed)
     body, winding = periods * len(hexes), periods * len(lines)
     # The element pressure is positive in tension.
-    pressure = np.repeat(-_KPA_PER_MPA * state.configuration.element_pressure[:, 0], equations.mesh.order**3)
-    pressure = np.tile(pressure, periods)
-    tension = np.tile(equations.thread.tension(nodes), periods)
+    mean = _KPA * units.megapascal * state.configuration.element_pressure[:, 0]
+    pressure = np.tile(np.repeat(-mean, equations.mesh.order**3), periods)
+    tension = np.tile(units.newton * equations.thread.tension(nodes), periods)
     grid = meshio.Mesh(
         points,
         [("hexahedron", np.concatenate(hex_cells)), ("line", np.concatenate(line_cells))],
-        point_data={"displacement_mm": points - np.concatenate(at_rest)},
+        point_data={"displacement_mm": points - millimetre * np.concatenate(at_rest)},
         cell_data={
             "part": [np.full(body, BODY), np.full(winding, WINDING)],
             "pressure_kpa": [pressure, np.zeros(winding)],

@@ -1,4 +1,4 @@
-"""Orthographic drawing of a deformed skin with the thread, normal to a bending plane. Lengths in mm."""
+"""Orthographic drawing of a deformed skin with the thread, normal to a bending plane; see `Units` for mm."""
 
 from typing import NamedTuple
 

@@ -11,7 +11,6 @@ from fem_reference.mesh.converged_level import converged_level as converged_leve
 from fem_reference.mesh.cross_section import CAVITY as CAVITY
 from fem_reference.mesh.cross_section import CHAMBERS as CHAMBERS
 from fem_reference.mesh.cross_section import LEVELS as LEVELS
-from fem_reference.mesh.cross_section import MILLIMETRE as MILLIMETRE
 from fem_reference.mesh.cross_section import OUTER as OUTER
 from fem_reference.mesh.cross_section import MeshLevel as MeshLevel
 from fem_reference.mesh.cross_section import mesh_level as mesh_level

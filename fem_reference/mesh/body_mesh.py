@@ -1,6 +1,6 @@
 """Hexahedral mesh of the body: the cross-section extruded along z, for one period or with the cap.
 
-Lengths are in millimetres.
+Lengths are in the millimetres of given `Units`.
 """
 
 import math
@@ -11,8 +11,8 @@ import numpy as np
 import skfem
 from jaxtyping import Float, Int
 
-from fem_reference.geometry import ActuatorGeometry
-from fem_reference.mesh.cross_section import CHAMBERS, MILLIMETRE, MeshLevel, Section, mesh_section
+from fem_reference.geometry import SI, ActuatorGeometry, Units
+from fem_reference.mesh.cross_section import CHAMBERS, MeshLevel, Section, mesh_section
 from fem_reference.mesh.hexahedron import reference_element
 
 BOTTOM, TOP = "bottom", "top"
@@ -114,7 +114,11 @@ class BodyMesh:
 
 
 def body_mesh(
-    geometry: ActuatorGeometry, length: float, level: MeshLevel, interval: float | None = None
+    geometry: ActuatorGeometry,
+    length: float,
+    level: MeshLevel,
+    interval: float | None = None,
+    units: Units = SI,
 ) -> BodyMesh:
     """Mesh the body between z = 0 and z = ``length`` with hexahedra only.
 
@@ -125,34 +129,36 @@ def body_mesh(
     level : element counts.
     interval : axial distance between crossings of threads, or rings [m]; the length is a multiple of it.
         Every interval gets the same number of layers, two at least, and the length an even number.
+    units : of the mesh.
 
     Returns
     -------
     mesh : in mm, with the boundaries ``cavity``, ``outer``, ``bottom``, ``top`` and ``chamber1`` …
         ``chamber3``. Nodes of the top face lie straight above those of the bottom face.
     """
-    section = mesh_section(geometry, level)
-    end = length * MILLIMETRE
-    layers = _layers(end, level) if interval is None else _regular_layers(end, interval * MILLIMETRE, level)
+    section = mesh_section(geometry, level, units=units)
+    end = length * units.metre
+    layers = _layers(end, level) if interval is None else _regular_layers(end, interval * units.metre, level)
     return _extrude(section, _grid(0.0, end, layers, level.order), np.empty(0), level.order)
 
 
-def actuator_mesh(geometry: ActuatorGeometry, level: MeshLevel) -> BodyMesh:
+def actuator_mesh(geometry: ActuatorGeometry, level: MeshLevel, units: Units = SI) -> BodyMesh:
     """Mesh the body with its cap.
 
     Parameters
     ----------
     geometry : dimensions of the actuator.
     level : element counts; even along the chambers' sides.
+    units : of the mesh.
 
     Returns
     -------
     mesh : in mm, with the boundaries of `body_mesh`. Those of the chambers include the ceilings, where the
         cap begins; the cavity runs through the cap.
     """
-    body = geometry.body_length * MILLIMETRE
-    end = body + geometry.cap_length * MILLIMETRE
-    section = mesh_section(geometry, level, filled=True)
+    body = geometry.body_length * units.metre
+    end = body + geometry.cap_length * units.metre
+    section = mesh_section(geometry, level, filled=True, units=units)
     below = _grid(0.0, body, _layers(body, level), level.order)
     above = _grid(body, end, _layers(end - body, level), level.order)
     return _extrude(section, below, above[1:], level.order)

@@ -2,7 +2,7 @@
 
 The silicone of the section is cut into 21 four-sided blocks (inner wall, partitions, and the outer wall in
 two layers that meet on the winding's cylinder), each meshed transfinitely. For the cap the three chambers are
-filled with unstructured quadrilaterals. Lengths are in millimetres.
+filled with unstructured quadrilaterals. Lengths are in the millimetres of given `Units`.
 """
 
 import itertools
@@ -14,9 +14,8 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.spatial import cKDTree
 
-from fem_reference.geometry import ActuatorGeometry, refuse_implausible
+from fem_reference.geometry import SI, ActuatorGeometry, Units, refuse_implausible
 
-MILLIMETRE = 1e3
 CAVITY, OUTER = "cavity", "outer"
 CHAMBERS = ("chamber1", "chamber2", "chamber3")
 
@@ -31,7 +30,8 @@ class MeshLevel:
     partition_across, partition_along : elements across a partition's thickness and along its length.
     inner_wall, outer_wall_inside, outer_wall_outside : elements through the walls; the outer wall counts
         those inside and outside the winding's cylinder.
-    axial_size : length of an element along z [mm]: about that in an actuator, and at most that in a cell.
+    axial_size : length of an element along z in a body of 12 mm [mm]: about that in an actuator, and at most
+        that in a cell. In other bodies it is the same share of the diameter.
     order : 1 for linear elements with mean dilatation, as in the paper; 2 for quadratic elements with
         linear discontinuous pressure.
     """
@@ -95,7 +95,9 @@ class Section:
     edges: dict[str, Int[np.ndarray, "_ _"]]
 
 
-def mesh_section(geometry: ActuatorGeometry, level: MeshLevel, filled: bool = False) -> Section:
+def mesh_section(
+    geometry: ActuatorGeometry, level: MeshLevel, filled: bool = False, units: Units = SI
+) -> Section:
     """Mesh the cross-section.
 
     Parameters
@@ -103,6 +105,7 @@ def mesh_section(geometry: ActuatorGeometry, level: MeshLevel, filled: bool = Fa
     geometry : dimensions of the actuator.
     level : element counts.
     filled : mesh the chambers too.
+    units : of the mesh.
 
     Raises
     ------
@@ -119,10 +122,10 @@ def mesh_section(geometry: ActuatorGeometry, level: MeshLevel, filled: bool = Fa
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.model.add("section")
-        surfaces, curves = _blocks(geometry, level)
+        surfaces, curves = _blocks(geometry, level, units)
         _generate(level)
         section = _read(surfaces, curves, level.order)
-        return _filled(section, geometry, level) if filled else section
+        return _filled(section, geometry, level, units) if filled else section
     finally:
         gmsh.finalize()
 
@@ -133,7 +136,9 @@ def _generate(level: MeshLevel) -> None:
     gmsh.model.mesh.setOrder(level.order)
 
 
-def _blocks(geometry: ActuatorGeometry, level: MeshLevel) -> tuple[list[int], dict[str, list[int]]]:
+def _blocks(
+    geometry: ActuatorGeometry, level: MeshLevel, units: Units
+) -> tuple[list[int], dict[str, list[int]]]:
     """Build the blocks; return the surfaces of the silicone and the curves of each boundary."""
     geo = gmsh.model.geo
     inner, rest = geometry.chamber_inner_radius, geometry.chamber_outer_radius
@@ -154,7 +159,7 @@ def _blocks(geometry: ActuatorGeometry, level: MeshLevel) -> tuple[list[int], di
             half = geometry.chamber_half_angle(cut)
             for side, sign in enumerate((-1.0, 1.0)):
                 azimuth = 2.0 * math.pi / 3.0 * k + sign * half
-                x, y = (radius * MILLIMETRE * part for part in (math.cos(azimuth), math.sin(azimuth)))
+                x, y = (radius * units.metre * part for part in (math.cos(azimuth), math.sin(azimuth)))
                 corner[ring, k, side] = geo.addPoint(x, y, 0.0)
 
     def arcs(ring: int, chamber: int, partition: int) -> list[int]:
@@ -247,14 +252,16 @@ def _read(surfaces: list[int], curves: dict[str, list[int]], order: int) -> Sect
     return Section(points, _counter_clockwise(where[quads], points, order), (empty,) * 3, edges)
 
 
-def _filled(section: Section, geometry: ActuatorGeometry, level: MeshLevel) -> Section:
+def _filled(section: Section, geometry: ActuatorGeometry, level: MeshLevel, units: Units) -> Section:
     """The section with its chambers filled, each alike on both sides of its middle and as the others.
 
     Quadrilaterals without structure, as the arcs inside and outside differ in their counts. gmsh makes half a
     chamber of each size; the rest are its images, so that the mesh has the planes of symmetry that the body
     has.
     """
-    halves = {radius: _half_chamber(geometry, radius, level) for radius in set(geometry.chamber_outer_radii)}
+    halves = {
+        radius: _half_chamber(geometry, radius, level, units) for radius in set(geometry.chamber_outer_radii)
+    }
     points, filling = section.points, []
     for k, radius in enumerate(geometry.chamber_outer_radii):
         half, quads = halves[radius]
@@ -273,7 +280,7 @@ def _filled(section: Section, geometry: ActuatorGeometry, level: MeshLevel) -> S
 
 
 def _half_chamber(
-    geometry: ActuatorGeometry, radius: float, level: MeshLevel
+    geometry: ActuatorGeometry, radius: float, level: MeshLevel, units: Units
 ) -> tuple[Float[np.ndarray, "nodes 2"], Int[np.ndarray, "quads _"]]:
     """Mesh the half y ≥ 0 of a chamber at azimuth 0, with the silicone's edges along its sides.
 
@@ -290,7 +297,7 @@ def _half_chamber(
         gmsh.option.setNumber("Mesh.RecombinationAlgorithm", recombination)
         gmsh.option.setNumber("Mesh.Algorithm", algorithm)
         counts = (*sides, middle)
-        curves = _half_block(geometry, radius, counts)
+        curves = _half_block(geometry, radius, counts, units)
         _generate(level)
         edges = [len(_elements(_LINE[level.order], _LINE_NODES[level.order], [curve])) for curve in curves]
         if edges == list(counts) and list(gmsh.model.mesh.getElements(dim=2)[0]) == [_QUAD[level.order]]:
@@ -302,7 +309,9 @@ def _half_chamber(
     )
 
 
-def _half_block(geometry: ActuatorGeometry, radius: float, counts: tuple[int, int, int, int]) -> list[int]:
+def _half_block(
+    geometry: ActuatorGeometry, radius: float, counts: tuple[int, int, int, int], units: Units
+) -> list[int]:
     """Build half a chamber as a model of its own; return its inner, side, outer and middle curves.
 
     ``counts`` are their numbers of edges.
@@ -311,7 +320,7 @@ def _half_block(geometry: ActuatorGeometry, radius: float, counts: tuple[int, in
     geo, inner = gmsh.model.geo, geometry.chamber_inner_radius
     centre = geo.addPoint(0.0, 0.0, 0.0)
     low, low_side, high_side, high = (
-        geo.addPoint(MILLIMETRE * r * math.cos(azimuth), MILLIMETRE * r * math.sin(azimuth), 0.0)
+        geo.addPoint(units.metre * r * math.cos(azimuth), units.metre * r * math.sin(azimuth), 0.0)
         for r, azimuth in (
             (inner, 0.0),
             (inner, geometry.chamber_half_angle(inner)),

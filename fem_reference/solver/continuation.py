@@ -202,9 +202,10 @@ class PathFollower(Generic[State, Load, Linear, Move, Viscous]):
 
     def _error(self, step: float) -> PathError:
         """Error for a path whose next step, down to this length, does not converge."""
-        here = np.round(self.target.pressure * 1e3, 3)
+        unit = self.problem.kilopascals
+        here, step = np.round(self.target.pressure * unit, 3), 1e-3 * unit * step
         unstable = self._unstable and not self._creeps
-        message = f"stopped at pressures {here} kPa, where steps down to {step:.2g} of about 1 kPa fail"
+        message = f"stopped at pressures {here} kPa, where steps down to about {step:.2g} kPa fail"
         if unstable:
             message = f"walls lose their balance within {step:.2g} kPa or so of pressures {here} kPa"
         return PathError(message, self.equilibrium, self.target, unstable)

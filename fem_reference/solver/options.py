@@ -1,7 +1,8 @@
 """Options of the solvers: every number that steers them, with what it does and why.
 
-A step's size is the root-mean-square displacement of the nodes [mm], a force that of one node [N]. A
-convexified matrix is the stiffness with contact made convex, which has no negative eigenvalues of its own
+A step's size is the root-mean-square displacement of the nodes [mm], a force that of one node [N], in the
+body's units, so that they hold for bodies of every size. A convexified matrix is the stiffness with contact
+made convex, which has no negative eigenvalues of its own
 (`InertiaCorrection`). Where a problem is exact, an equilibrium must come with its own stiffness
 (`Problem.exact`).
 """

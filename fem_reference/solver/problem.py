@@ -54,6 +54,8 @@ class Problem(Equations[State, Target, Linear, Move, Viscous]):
 
     tolerances: Tolerances
     contact: Contact[State, Linear]
+    #: Unit of pressure [kPa], for messages.
+    kilopascals: float = 1e3
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-from rodmodel.cli import _export, _inverse, _layouts, _predict, _workspace
+from rodmodel.cli import _cycle, _export, _inverse, _layouts, _predict, _workspace
 from rodmodel.cli._arguments import InputError, Parser
 from rodmodel.cli._options import BAD_INPUT
 
@@ -39,8 +39,8 @@ def _parser() -> Parser:
     parser = Parser(
         prog="rodmodel", description="Bending of a soft pneumatic actuator, calibrated from 3D FEM."
     )
-    names = "layouts | predict | inverse | workspace | export"
+    names = "layouts | predict | cycle | inverse | workspace | export"
     commands = parser.add_subparsers(required=True, metavar=names)
-    for command in (_layouts, _predict, _inverse, _workspace, _export):
+    for command in (_layouts, _predict, _cycle, _inverse, _workspace, _export):
         command.add_to(commands)
     return parser

@@ -20,6 +20,7 @@ from rodmodel.io import (
 )
 
 if TYPE_CHECKING:
+    import rodmodel.control
     import rodmodel.core
 
 GOOD, BAD_INPUT, NO_CONVERGENCE = 0, 2, 3
@@ -113,6 +114,14 @@ def load_rod(options: argparse.Namespace) -> "rodmodel.core.CoreRod":
     from rodmodel.core import CoreRod
 
     return CoreRod.of(find_calibration(options))
+
+
+def load_branches(options: argparse.Namespace) -> "rodmodel.control.Branches":
+    """Return the rods of all branches of the requested layout."""
+    # Imported late, as above.
+    from rodmodel.io import branches_of
+
+    return branches_of(find_calibration(options))
 
 
 def check_plot_file(options: argparse.Namespace) -> None:

@@ -18,14 +18,14 @@ from rodmodel.cli._options import (
     add_output,
     check_plot_file,
     components,
-    load_rod,
+    load_branches,
     loads_of,
     plot,
 )
 from rodmodel.view import prediction_record, prediction_text
 
 if TYPE_CHECKING:
-    import rodmodel.core
+    import rodmodel.control
 
 _PRESSURES = "three gauge pressures, one for each chamber, each 0 or more [kPa]"
 
@@ -67,6 +67,13 @@ def add_to(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> N
         metavar="R",
         help="RX RY RZ: rotation vector of the clamp, world frame: axis times angle [deg]",
     )
+    add(
+        "--branch",
+        choices=("auto", "loading", "snapped"),
+        default="auto",
+        help="branch of equilibria: upright, with a partition wall snapped to one side by the chamber with the "
+        "largest pressure, or the one that an actuator loaded from rest is on (default)",
+    )
     add_output(parser, plot="the bent rod")
     parser.set_defaults(command=_run)
 
@@ -75,19 +82,18 @@ def _run(options: argparse.Namespace) -> int:
     pressure_kpa = numbers("--pressure-kpa", options.pressure_kpa, 3, _PRESSURES, negative=False)
     given = {**loads_of(options), **_more_of(options)}
     check_plot_file(options)
-    rod = load_rod(options)
+    branches = load_branches(options)
     pressure = 1e3 * np.array(pressure_kpa)
-    _check_domain(rod, pressure, options.pressure_kpa)
-    solution = rod.solve(pressure, **given, throw=False)
+    found = on_branch(branches, pressure, options, **given)
 
     def draw(file: Path) -> None:
         # Imported late: importing matplotlib takes far longer than a prediction.
         from rodmodel.view import plot_rod
 
-        plot_rod([(pressure, solution)], rod.actuator, file, given)
+        plot_rod([(pressure, found.solution)], branches.loading.actuator, file, given)
 
     plot(options, draw)
-    record = prediction_record(solution)
+    record = prediction_record(found.solution, found)
     print(json.dumps(record) if options.json else prediction_text(record))
     if not record["converged"]:
         print(f"rodmodel: no convergence: {stopped(record)}", file=sys.stderr)
@@ -132,9 +138,24 @@ def stopped(record: dict[str, Any]) -> str:
     return f"the above is the equilibrium {reached}{beyond}: {Result[record['result']].message}"
 
 
-def _check_domain(rod: "rodmodel.core.CoreRod", pressure: np.ndarray, words: list[str]) -> None:
-    if not rod.domain.covers_pressure(pressure):
+def on_branch(
+    branches: "rodmodel.control.Branches",
+    pressure: np.ndarray,
+    options: argparse.Namespace,
+    **given: Any,
+) -> "rodmodel.control.BranchSolution":
+    """Solve on the branch that `--branch` asks for; refuse pressures that the branch does not reach."""
+    from rodmodel.control import LOADING
+
+    try:
+        found = branches.solve(pressure, branch=options.branch, throw=False, **given)
+    except ValueError as error:
+        raise InputError(f"--{error}") from error
+    domain = branches.rod(found.branch).domain
+    if not domain.covers_pressure(pressure):
+        where = "the calibration" if found.branch == LOADING else "the snapped branch"
         raise InputError(
-            f"--pressure-kpa: got {' '.join(words)!r}, expected pressures inside the calibration: "
-            f"at most {rod.domain.largest_pressures('kPa')}"
+            f"--pressure-kpa: got {' '.join(options.pressure_kpa)!r}, expected pressures inside {where}: "
+            f"at most {domain.largest_pressures('kPa')}"
         )
+    return found

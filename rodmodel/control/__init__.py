@@ -1,5 +1,9 @@
 """Predictor, inverse and workspace of the compiled rod, for control loops. Imports no JAX."""
 
+from rodmodel.control._branches import LOADING as LOADING
+from rodmodel.control._branches import Branch as Branch
+from rodmodel.control._branches import Branches as Branches
+from rodmodel.control._branches import BranchSolution as BranchSolution
 from rodmodel.control._inverse import Inverse as Inverse
 from rodmodel.control._inverse import inverse as inverse
 from rodmodel.control._inverse import inverse_many as inverse_many

@@ -50,6 +50,7 @@ def domain_numbers(domain: Domain) -> dict[str, Any]:
         "torque_max": float(domain.moment_axes[2]),
         "beside_share": 0.0 if math.isinf(beside) else float(domain.beside_share),
         "beside_max": 0.0 if math.isinf(beside) else beside,
+        "pressure_min": [float(p) for p in domain.pressure_min],
     }
 
 

@@ -21,7 +21,7 @@ from rodmodel.error_bound import ErrorBound
 
 if TYPE_CHECKING:
     from rodmodel.control import Inverse, Predictor
-    from rodmodel.io import Found
+    from rodmodel.io import Found, SnappedSheet
 
 #: Input of numbers: an array, a list, or a single number.
 Numbers = ArrayLike | Sequence[float] | float
@@ -92,6 +92,15 @@ class CoreRod:
         bound = calibration.error_bound
         handle = Handle(law, calibration.actuator, found.domain, bound, variant)
         return cls(handle, calibration.actuator, found.domain, bound)
+
+    @classmethod
+    def of_sheet(cls, found: "Found", sheet: "SnappedSheet", variant: str = VARIANTS[-1]) -> "CoreRod":
+        """Return the rod of a calibration on a snapped branch; its errors have the loading branch's bound."""
+        calibration = found.calibration
+        law = law_data(sheet.law.law, sheet.turns, sheet.mirrored)
+        bound = calibration.error_bound
+        handle = Handle(law, calibration.actuator, sheet.domain, bound, variant)
+        return cls(handle, calibration.actuator, sheet.domain, bound)
 
     @classmethod
     def linear(

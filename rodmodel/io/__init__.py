@@ -27,12 +27,16 @@ from rodmodel.io.law_arrays import IMAGES as IMAGES
 from rodmodel.io.law_arrays import RidgeArrays as RidgeArrays
 from rodmodel.io.loading import CalibrationNotFoundError as CalibrationNotFoundError
 from rodmodel.io.loading import Found as Found
+from rodmodel.io.loading import SnappedSheet as SnappedSheet
+from rodmodel.io.loading import branches_of as branches_of
 from rodmodel.io.loading import find as find
 from rodmodel.io.loading import find_among as find_among
 from rodmodel.io.loading import load as load
+from rodmodel.io.loading import load_branches as load_branches
 from rodmodel.io.loading import load_core as load_core
 from rodmodel.io.loading import load_oriented as load_oriented
 from rodmodel.io.loading import shipped_calibrations as shipped_calibrations
 from rodmodel.io.ranges import ADJUSTMENT_RANGES as ADJUSTMENT_RANGES
 from rodmodel.io.ranges import RANGES as RANGES
 from rodmodel.io.ranges import ranges_table as ranges_table
+from rodmodel.io.snapped import SnappedLaw as SnappedLaw

@@ -10,7 +10,8 @@
                      "rest_volume_m2", "symmetry", and, by name, the arrays of `RidgeArrays`},
      "domain": {"pressure_max_pa" (three), "pressure_sum_max_pa", "moment_max_nm",
                 "torque_max_nm" (null if equal), and, where known, "pressure_beside_share",
-                "pressure_beside_max_pa"},
+                "pressure_beside_max_pa", "pressure_min_pa" (three)},
+     "snapped" (where known): laws after a snap of walls, see `rodmodel.io.snapped`,
      "bound" (where known): {"pressure_sum_pa", "angle_rad", "tip_m" (a number at each node),
                              "angle_rad_per_nm", "tip_per_n"},
      "error": {"free_bending_angle_rad": {"median", "p95", "worst", and, where known, "p90"},
@@ -27,7 +28,7 @@ import json
 import math
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -37,8 +38,10 @@ from rodmodel.actuator import Actuator, Domain, Layout
 from rodmodel.error_bound import MOST_NODES, ErrorBound
 from rodmodel.io.atomic import write_atomically
 from rodmodel.io.json_record import CalibrationFileError, Record
-from rodmodel.io.law_arrays import ARRAYS, RidgeArrays
+from rodmodel.io.law_arrays import RidgeArrays
+from rodmodel.io.law_record import domain_content, domain_of, law_content, law_of
 from rodmodel.io.ranges import RANGES
+from rodmodel.io.snapped import SnappedLaw, snapped_content, snapped_of
 
 if TYPE_CHECKING:
     import rodmodel.section
@@ -47,19 +50,6 @@ SCHEMA = "rodmodel-calibration"
 #: Schema of the former adjustment files; see `rodmodel.io.adjustment_file`.
 ADJUSTMENT = "rodmodel-adjustment"
 VERSION = 1
-RIDGES, ORIENTED, ADJUSTED = "ridge-network", "oriented-ridge-network", "adjusted-ridge-network"
-RIDGE_SLOPE = "(1 + z^2)^-2"
-
-_NO_LONGER_READ = "free-state-expansion"
-_RANK_ONE = ("feature_biases", "offsets", "weights", "factor", "slopes", "rest_pressures", "quadratic")
-# Arrays that only one kind of law has.
-_OF_ONE_KIND = {"orientation_weights": ORIENTED, "rest_pressures": ADJUSTED, "quadratic": ADJUSTED}
-_SCALES = {
-    "pressure_scale": "pressure_scale_pa",
-    "curvature_scale": "curvature_scale_per_m",
-    "energy_scale": "energy_scale_n",
-    "rest_volume": "rest_volume_m2",
-}
 # Numbers of a bound: at its nodes, and by the moment on the base.
 _NODES = {"pressure_sum": "pressure_sum_pa", "angle": "angle_rad", "tip": "tip_m"}
 _SLOPES = {"angle_per_moment": "angle_rad_per_nm", "tip_per_moment": "tip_per_n"}
@@ -94,6 +84,7 @@ class Calibration:
     error : errors on held-out states, as in the file.
     provenance : origin of the data, as in the file.
     bound : bound of the errors over pressures and loads, as in the file; None for a file without one.
+    snapped : laws of the section after partition walls have snapped to one side, where they are known.
 
     Raises
     ------
@@ -108,6 +99,7 @@ class Calibration:
     error: Mapping[str, Any]
     provenance: Mapping[str, Any]
     bound: ErrorBound | None = None
+    snapped: tuple[SnappedLaw, ...] = ()
 
     def __init__(
         self,
@@ -118,6 +110,7 @@ class Calibration:
         error: Mapping[str, Any],
         provenance: Mapping[str, Any],
         bound: ErrorBound | None = None,
+        snapped: tuple[SnappedLaw, ...] = (),
         law: RidgeArrays | None = None,
         section_law: "rodmodel.section.RidgeNetwork | rodmodel.section.OrientedNetwork | None" = None,
     ) -> None:
@@ -142,6 +135,7 @@ class Calibration:
             "error": error,
             "provenance": provenance,
             "bound": bound,
+            "snapped": snapped,
         }
         for name, value in values.items():
             object.__setattr__(self, name, value)
@@ -233,35 +227,16 @@ def save_calibration(calibration: Calibration, path: str | Path) -> None:
             "pitch_m": calibration.layout.pitch,
         },
         "actuator": {key: float(getattr(calibration.actuator, name)) for name, key in _ACTUATOR.items()},
-        "section_law": _law_content(calibration.law),
-        "domain": _domain_content(calibration.domain),
+        "section_law": law_content(calibration.law),
+        "domain": domain_content(calibration.domain),
         **({} if calibration.bound is None else {"bound": _bound_content(calibration.bound)}),
+        **({"snapped": snapped_content(calibration.snapped)} if calibration.snapped else {}),
         "error": dict(calibration.error),
         "provenance": dict(calibration.provenance),
     }
     text = json.dumps(content, allow_nan=False) + "\n"
     _calibration(Record.from_text(text, Path(path)))
     write_atomically(path, text)
-
-
-def _law_content(law: RidgeArrays) -> dict[str, Any]:
-    scales = {key: getattr(law, name) for name, key in _SCALES.items()}
-    arrays = {name: getattr(law, name).tolist() for name in ARRAYS if getattr(law, name) is not None}
-    kind = ORIENTED if law.is_oriented else ADJUSTED if law.is_adjusted else RIDGES
-    if law.is_adjusted:
-        arrays = {"rest_pressures": [0.0] * 3, "quadratic": [0.0] * 6, **arrays}
-    return {"kind": kind, "ridge_slope": RIDGE_SLOPE, **scales, "symmetry": law.symmetry, **arrays}
-
-
-def _domain_content(domain: Domain) -> dict[str, Any]:
-    beside = {"pressure_beside_share": domain.beside_share, "pressure_beside_max_pa": domain.beside_max}
-    return {
-        "pressure_max_pa": list(domain.pressure_max),
-        "pressure_sum_max_pa": domain.pressure_sum_max,
-        "moment_max_nm": domain.moment_max,
-        "torque_max_nm": domain.torque_max,
-        **({} if domain.beside_max == math.inf else beside),
-    }
 
 
 def _bound_content(bound: ErrorBound) -> dict[str, Any]:
@@ -276,12 +251,15 @@ def _calibration(record: Record) -> Calibration:
     calibration = Calibration(
         layout=Layout(layout.word("name"), layout.number_or_null("psi_rad"), layout.number("pitch_m")),
         actuator=_actuator(record.record("actuator")),
-        law=_law(record.record("section_law")),
-        domain=_domain(record.record("domain")),
+        law=law_of(record.record("section_law")),
+        domain=domain_of(record.record("domain")),
         bound=_bound(record.record("bound")) if "bound" in record.content else None,
+        snapped=snapped_of(record),
         error=_error(record.record("error")),
         provenance=record.record("provenance").content,
     )
+    if calibration.snapped and (calibration.law.is_oriented or calibration.law.is_adjusted):
+        raise record.error("snapped", "laws beside one of all orientations or of measurements", "none")
     if (calibration.layout.psi is None) != calibration.law.is_oriented:
         law = "all orientations" if calibration.law.is_oriented else "one orientation"
         raise layout.error(
@@ -312,43 +290,6 @@ def _actuator(record: Record) -> Actuator:
         if abs(value) > length:
             raise record.error(_ACTUATOR[name], f"{value:g}", f"at most the body's length, {length:g} m")
     return actuator
-
-
-def _domain(record: Record) -> Domain:
-    domain = Domain(
-        pressure_max=record.three("pressure_max_pa"),
-        pressure_sum_max=record.number("pressure_sum_max_pa"),
-        moment_max=record.number("moment_max_nm"),
-        torque_max=record.number_or_null("torque_max_nm"),
-    )
-    if not {"pressure_beside_share", "pressure_beside_max_pa"} & set(record.content):
-        return domain
-    return replace(
-        domain,
-        beside_share=record.number("pressure_beside_share"),
-        beside_max=record.number("pressure_beside_max_pa"),
-    )
-
-
-def _law(record: Record) -> RidgeArrays:
-    kinds = f'"{RIDGES}", "{ORIENTED}" or "{ADJUSTED}"'
-    known = (RIDGES, ORIENTED, ADJUSTED, _NO_LONGER_READ)
-    kind = record.take("kind", kinds, lambda value: value in known)
-    if kind == _NO_LONGER_READ:
-        raise record.error("kind", f"{kind!r}, a kind that is no longer read", f"{kinds}: fit the law anew")
-    record.take("ridge_slope", f'"{RIDGE_SLOPE}"', lambda value: value == RIDGE_SLOPE)
-    parts: dict[str, Any] = {name: record.number(key) for name, key in _SCALES.items()}
-    parts |= {
-        name: record.array(name, rank=1 if name in _RANK_ONE else 2)
-        for name in ARRAYS
-        if _OF_ONE_KIND.get(name, kind) == kind
-    }
-    try:
-        return RidgeArrays(**parts, symmetry=record.word("symmetry"))
-    except CalibrationFileError:
-        raise
-    except ValueError as error:
-        raise CalibrationFileError(f"{record.file}: {record.place}.{error}") from error
 
 
 def _bound(record: Record) -> ErrorBound:

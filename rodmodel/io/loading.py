@@ -6,16 +6,24 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, final
 
-from rodmodel.actuator import Domain, Layout
+from rodmodel.actuator import Domain, Layout, Number
 from rodmodel.io.calibration_file import Calibration, read_calibration
 from rodmodel.io.calibration_text import calibration_record, layout_text
+from rodmodel.io.snapped import SnappedLaw
 
 if TYPE_CHECKING:
+    import rodmodel.control
     import rodmodel.core
     import rodmodel.rod
 
 _SHIPPED = Path(__file__).parents[1] / "calibrations"
 
+# Images of a section that is the same: turns by 120° after a mirror image, by its law's symmetry.
+_IMAGES = {
+    "none": ((0, False),),
+    "mirror": ((0, False), (0, True)),
+    "full": tuple((turns, mirrored) for mirrored in (False, True) for turns in range(3)),
+}
 # Largest difference between equal orientations [rad] and equal pitches [m]: a change of units rounds.
 _SAME = 1e-9
 
@@ -109,6 +117,27 @@ def load_core(
     return CoreRod.of(found)
 
 
+def load_branches(
+    layout: str, psi: float = 0.0, pitch: float = 3e-3, path: str | Path | None = None
+) -> "rodmodel.control.Branches":
+    """Return the compiled rods of all branches of a winding layout that its calibration knows.
+
+    Arguments, errors and the choice of the calibration are those of `load`.
+    """
+    return branches_of(find(layout, psi, pitch, path))
+
+
+def branches_of(found: Found) -> "rodmodel.control.Branches":
+    """Return the compiled rods of all branches that a calibration knows."""
+    from rodmodel.control import Branch, Branches
+    from rodmodel.core import CoreRod
+
+    snapped = {
+        Branch(sheet.chamber, sheet.side): CoreRod.of_sheet(found, sheet) for sheet in snapped_sheets(found)
+    }
+    return Branches(CoreRod.of(found), snapped)
+
+
 def load_oriented(
     layout: str, pitch: float = 3e-3, path: str | Path | None = None
 ) -> "rodmodel.rod.OrientedRod":
@@ -140,6 +169,42 @@ def load_oriented(
     law = calibration.section_law
     assert isinstance(law, OrientedNetwork)
     return OrientedRod(law, calibration.actuator, calibration.domain, calibration.error_bound)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class SnappedSheet:
+    """Law of a snapped branch and the relation of the rod's section to the one that it was fitted to.
+
+    Attributes
+    ----------
+    chamber, side : of the rod's section; see `rodmodel.control.Branch`.
+    law : the law.
+    turns, mirrored : see `Found`.
+    domain : the law's domain, with the chambers numbered as in the rod's section.
+    """
+
+    chamber: int
+    side: int
+    law: SnappedLaw
+    turns: int
+    mirrored: bool
+    domain: Domain
+
+
+def snapped_sheets(found: Found) -> tuple[SnappedSheet, ...]:
+    """Return the snapped branches of a layout: the calibration's, and their images by symmetry."""
+    sheets: dict[tuple[int, int], SnappedSheet] = {}
+    for law in found.calibration.snapped:
+        for turns, mirrored in _IMAGES[found.calibration.law.symmetry]:
+            # First the section's own image, then the one that the layout asks for.
+            turn = found.turns + (-turns if found.mirrored else turns)
+            turn, flipped = turn % 3, mirrored != found.mirrored
+            place = (1 - law.chamber if flipped else law.chamber - 1) + turn
+            key = (place % 3 + 1, -law.side if flipped else law.side)
+            domain = _renumbered(law.domain, turn, flipped)
+            sheets.setdefault(key, SnappedSheet(*key, law, turn, flipped, domain))
+    return tuple(sheets.values())
 
 
 def find(layout: str, psi: float, pitch: float, path: str | Path | None = None) -> Found:
@@ -200,11 +265,14 @@ def _oriented(calibrations: Sequence[Calibration]) -> Calibration | None:
 
 def _renumbered(domain: Domain, turns: int, mirrored: bool) -> Domain:
     """Return the domain of the section that is mirrored and then turned."""
-    first, second, third = domain.pressure_max
-    largest = (first, third, second) if mirrored else (first, second, third)
-    # Chamber 1 + turns of the section is chamber 1 of the calibration.
-    turned = (largest[-turns], largest[1 - turns], largest[2 - turns])
-    return replace(domain, pressure_max=turned)
+
+    def turned(three: tuple[Number, Number, Number]) -> tuple[Number, Number, Number]:
+        first, second, third = three
+        own = (first, third, second) if mirrored else three
+        # Chamber 1 + turns of the section is chamber 1 of the calibration.
+        return own[-turns], own[1 - turns], own[2 - turns]
+
+    return replace(domain, pressure_max=turned(domain.pressure_max), pressure_min=turned(domain.pressure_min))
 
 
 def _turns(layout: Layout, start: float, psi: float) -> int | None:

@@ -2,6 +2,8 @@
 
 from typing import TYPE_CHECKING, Any
 
+from rodmodel.view.cycle import cycle_record as cycle_record
+from rodmodel.view.cycle import cycle_text as cycle_text
 from rodmodel.view.text import inverse_record as inverse_record
 from rodmodel.view.text import inverse_text as inverse_text
 from rodmodel.view.text import prediction_record as prediction_record
@@ -10,6 +12,7 @@ from rodmodel.view.text import workspace_record as workspace_record
 from rodmodel.view.text import workspace_text as workspace_text
 
 if TYPE_CHECKING:
+    from rodmodel.view.cycle_plot import plot_cycle as plot_cycle
     from rodmodel.view.rod_plot import plot_rod as plot_rod
     from rodmodel.view.workspace_plot import plot_workspace as plot_workspace
 
@@ -19,6 +22,10 @@ def __getattr__(name: str) -> Any:
         from rodmodel.view.rod_plot import plot_rod
 
         return plot_rod
+    if name == "plot_cycle":
+        from rodmodel.view.cycle_plot import plot_cycle
+
+        return plot_cycle
     if name == "plot_workspace":
         from rodmodel.view.workspace_plot import plot_workspace
 

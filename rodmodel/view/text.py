@@ -13,10 +13,29 @@ if TYPE_CHECKING:
 STRAIGHT = 1e-6
 # Width of the sectors of bending planes whose farthest bends are listed.
 _PLANE_STEP_DEG = 15
+_BRANCHES = {
+    None: "unknown",
+    "loading": "loading: pressures have only risen, no wall has snapped",
+    "snapped": "snapped: a partition wall has buckled, the rod bends aside",
+}
 
 
-def prediction_record(solution: "rodmodel.core.CoreSolution") -> dict[str, Any]:
-    """Return a prediction as a JSON object; numbers that are unknown or undefined are null."""
+def prediction_record(
+    solution: "rodmodel.core.CoreSolution", on: "rodmodel.control.BranchSolution | None" = None
+) -> dict[str, Any]:
+    """Return a prediction as a JSON object; numbers that are unknown or undefined are null.
+
+    ``on`` tells of its branch, if the prediction is of one of several.
+    """
+    of_branch: dict[str, Any] = {}
+    if on is not None:
+        of_branch = {
+            "snapped_by_chamber": on.branch.chamber or None,
+            "snapped_side": on.branch.side or None,
+            "other_branch_possible": on.other_possible,
+            "pressure_factor_to_end_of_branch": _number(on.reach),
+        }
+    branch = "loading" if on is None else on.branch.name
     return {
         "bending_angle_deg": _degrees(solution.bending_angle),
         "bending_plane_deg": None if _is_straight(solution) else _degrees(solution.bending_plane),
@@ -28,11 +47,11 @@ def prediction_record(solution: "rodmodel.core.CoreSolution") -> dict[str, Any]:
             "bending_angle_deg": _degrees(solution.error_estimate),
             "tip_mm": _number(1e3 * float(solution.tip_error_estimate)),
         },
-        # Section laws know the loading branch alone: their domains end before walls snap.
-        "branch": "loading" if solution.in_domain else None,
+        "branch": branch if solution.in_domain else None,
         "stable": bool(solution.stable),
         "result": solution.result.name,
         "load_fraction": _number(float(solution.load_fraction)),
+        **of_branch,
     }
 
 
@@ -47,9 +66,9 @@ def prediction_text(record: dict[str, Any]) -> str:
     else:
         trust = f"within {error:.2g} deg in 90 % of states"
     where = "centre of the cap's outer face" + ("" if tip is None else f", within {tip:.2g} mm")
-    branch = (
-        "unknown" if record["branch"] is None else "loading: pressures have only risen, no wall has snapped"
-    )
+    branch = _BRANCHES[record["branch"]]
+    if record.get("other_branch_possible"):
+        branch += "; with another past, another branch is possible"
     return "\n".join(
         [
             f"bending angle    {angle} deg   ({trust})",

@@ -4,7 +4,7 @@ import argparse
 import sys
 
 from calibration.cli._arguments import BAD_INPUT, GOOD, Parser, json_text
-from calibration.cli._designs import fit_silicone
+from calibration.cli._files import fit_silicone
 
 
 def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from calibration.cli._arguments import GOOD, BadInputError, Parser, json_text, refuse_unwritable
-from calibration.cli._designs import read_design_file
+from calibration.cli._files import read_design_file
 
 if TYPE_CHECKING:
     from fem_reference import Design, MeshLevel, Similarity

@@ -168,6 +168,9 @@ int rm_check_rod(const rm_rod *rod)
     }
     good &= is_finite(domain->beside_share) & (domain->beside_share >= R(0.0));
     good &= is_finite(domain->beside_max) & (domain->beside_max >= R(0.0));
+    for (int k = 0; k < 3; k++) {
+        good &= is_finite(domain->pressure_min[k]);
+    }
     for (int k = 0; k < 8; k++) {
         const rm_error_bound *bound = &rod->error_bound;
         good &= is_finite(bound->angle[k]) & is_finite(bound->pressure_sum[k]);

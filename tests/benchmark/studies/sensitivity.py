@@ -17,12 +17,13 @@ from typing import Any
 
 import numpy as np
 
-from calibration.sweep import END_COMPLIANCE
+from calibration.sweep import usual_end_compliance
 from fem_reference import (
     Actuator,
     ActuatorError,
     ActuatorLoad,
     CellError,
+    Design,
     Load,
     Ogden,
     PeriodCell,
@@ -32,6 +33,7 @@ from fem_reference import (
 )
 from fem_reference.walls import WallContact
 
+END_COMPLIANCE = usual_end_compliance(Design())
 SLACK = Thread(slack_share=1e-4)
 PRESSURES_KPA = (20.0, 40.0, 60.0, 70.0)
 Found = tuple[float, bool]  # angle [deg], and whether walls have snapped on the way to it

@@ -25,7 +25,7 @@ def run_directory(tmp_path_factory):
 
     directory = tmp_path_factory.mktemp("run")
     domain = Domain((70e3, 50e3, 50e3), 100e3, 2e-3)
-    plan = RunPlan(Design(), "coarse", domain, PATHS, seed=0)
+    plan = RunPlan(Design(), "coarse", domain, PATHS, seed=0, end_compliance=0.23e-3)
     description = open_run(directory, plan, "rodmodel-calibrate run", {"bulk_modulus": 1e8})
     trace = ManufacturedTracer()()
     paths = plan.design()

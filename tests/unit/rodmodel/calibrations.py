@@ -1,11 +1,12 @@
 """Calibrations of known behaviour in NumPy, for tests that need no JAX: none of them calibrates anything."""
 
+import dataclasses
 import math
 
 import numpy as np
 
 from rodmodel import Actuator, Calibration, Domain, ErrorBound, Layout
-from rodmodel.io import RidgeArrays
+from rodmodel.io import RidgeArrays, SnappedLaw
 
 BENDING_STIFFNESS = 2.45e-4  # EI [N m²]
 TORSION_RATIO = 0.9  # GJ/EI
@@ -58,6 +59,36 @@ def calibration(law: RidgeArrays | None = None, layout: Layout | None = None) ->
         error={"free_bending_angle_rad": {"median": 0.004, "p95": 0.016, "worst": 0.05}, "states": 100},
         provenance={"command": "none: a synthetic law"},
     )
+
+
+def snapped_law(chamber: int = 2, side: int = 1) -> SnappedLaw:
+    """Law of a branch from 40 to 70 kPa that bends aside: the section is not its own mirror image."""
+    upright = ridge_arrays(symmetry="none")
+    aside = np.array(
+        [math.cos(2.0 * math.pi / 3.0 * (chamber - 1)), math.sin(2.0 * math.pi / 3.0 * (chamber - 1)), 0.0]
+    )
+    directions = upright.directions.copy()
+    directions[chamber - 1] += 0.1 * side * aside
+    own = np.eye(3)[chamber - 1]
+    domain = Domain(
+        pressure_max=tuple((70e3 * own + 15e3 * (1.0 - own)).tolist()),
+        pressure_sum_max=85e3,
+        moment_max=1.2e-3,
+        pressure_min=tuple((40e3 * own).tolist()),
+    )
+    return SnappedLaw(
+        chamber,
+        side,
+        dataclasses.replace(upright, directions=directions),
+        domain,
+        {"states": 30},
+        {"command": "none"},
+    )
+
+
+def with_snapped(*sheets: tuple[int, int]) -> Calibration:
+    """Calibration whose loading branch ends at 60 kPa in chamber 2, with snapped branches."""
+    return dataclasses.replace(calibration(), snapped=tuple(snapped_law(*sheet) for sheet in sheets))
 
 
 def oriented_calibration() -> Calibration:

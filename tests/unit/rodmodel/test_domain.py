@@ -48,3 +48,21 @@ def test_pressures_are_inside_where_all_limits_hold() -> None:
     outside = [[71e3, 0, 0], [51e3, 50.5e3, 0], [60e3, 33.3e3, 0], [60e3, 17e3, 17e3], [35.1e3, 35e3, 35e3]]
     assert np.all(domain.covers_pressure(np.array(inside).T))
     assert not np.any(domain.covers_pressure(np.array(outside).T))
+
+
+def test_reach_scales_pressures_to_the_edge() -> None:
+    domain = Domain((70e3, 65e3, 60e3), 105e3, 1e-3, beside_share=4.0 / 7.0, beside_max=79e3)
+    for pressure in 100e3 * np.random.default_rng(0).random((200, 3)):
+        edge = domain.reach(pressure) * pressure
+        assert domain.covers_pressure(edge)
+        assert not domain.covers_pressure(1.0001 * edge)
+    assert domain.reach((0.0, 0.0, 0.0)) == np.inf
+
+
+def test_a_least_pressure_bounds_from_below_and_is_told() -> None:
+    domain = Domain((15e3, 70e3, 15e3), 100e3, 1e-3, pressure_min=(0.0, 53e3, 0.0))
+    assert domain.covers_pressure((0.0, 53e3, 0.0))
+    assert not domain.covers_pressure((0.0, 52.9e3, 0.0))
+    assert "(at least 0, 53, 0 kPa)" in domain.largest_pressures("kPa")
+    # Without one, a pressure that a gauge tells as slightly negative is inside.
+    assert Domain((70e3, 60e3, 60e3), 100e3, 1e-3).covers_pressure((-1.0, 0.0, 0.0))

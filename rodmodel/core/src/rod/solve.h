@@ -114,13 +114,16 @@ static int is_usable(const rm_options *options)
 static int covers_pressure(const rm_domain *domain, const rm_real *p)
 {
     const rm_real sum = p[0] + p[1] + p[2], most = domain->beside_max;
-    int crowded = 0;
+    int outside = 0;
     for (int k = 0; k < 3 && most > R(0.0); k++) {
-        crowded |= !(p[k] + domain->beside_share * (sum - p[k]) <= RM_SLACK * most);
+        outside |= !(p[k] + domain->beside_share * (sum - p[k]) <= RM_SLACK * most);
+    }
+    for (int k = 0; k < 3; k++) {
+        outside |= (domain->pressure_min[k] > R(0.0)) & (RM_SLACK * p[k] < domain->pressure_min[k]);
     }
     return (p[0] <= RM_SLACK * domain->pressure_max[0]) & (p[1] <= RM_SLACK * domain->pressure_max[1])
            & (p[2] <= RM_SLACK * domain->pressure_max[2])
-           & (sum <= RM_SLACK * domain->pressure_sum_max) & !crowded;
+           & (sum <= RM_SLACK * domain->pressure_sum_max) & !outside;
 }
 
 static void fill_with_nan(rm_real *p, size_t count)

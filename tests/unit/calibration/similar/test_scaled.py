@@ -8,7 +8,15 @@ import pytest
 
 from calibration.similar import Scale, scaled
 from calibration.similar.scaled import _ACTUATOR
-from rodmodel import Actuator, load_core, read_calibration, save_calibration, shipped_calibrations
+from rodmodel import (
+    Actuator,
+    load_branches,
+    load_core,
+    read_calibration,
+    save_calibration,
+    shipped_calibrations,
+)
+from tests.unit.rodmodel import calibrations
 
 # Rounding of some thousand operations, and of the curvatures at which an iteration stops (1e-10).
 ALIKE = 1e-9
@@ -84,3 +92,23 @@ def test_errors_keep_angles_and_scale_the_rest(shipped):
 def test_a_ratio_that_is_none_is_refused(wrong):
     with pytest.raises(ValueError, match="modulus: got"):
         Scale(1.0, wrong)
+
+
+def test_snapped_branches_are_scaled_too(tmp_path):
+    files = [tmp_path / name for name in ("own.json", "other.json")]
+    own = calibrations.with_snapped((2, 1))
+    for calibration, file in zip((own, scaled(own, SCALE, {})), files, strict=True):
+        save_calibration(calibration, file)
+    here, there = (
+        load_branches("double-helix", 0.0, pitch, file)
+        for pitch, file in zip((own.layout.pitch, 3.0 * own.layout.pitch), files, strict=True)
+    )
+    for kpa, branch in ((55.0, "snapped"), (65.0, "auto"), (55.0, "loading")):
+        pressure = 1e3 * np.array([2.0, kpa, 4.0])
+        one, other = here.solve(pressure, branch=branch), there.solve(0.25 * pressure, branch=branch)
+        assert (other.branch, other.other_possible) == (one.branch, one.other_possible)
+        assert other.solution.in_domain
+        np.testing.assert_allclose(other.solution.bending_angle, one.solution.bending_angle, rtol=ALIKE)
+        np.testing.assert_allclose(
+            other.solution.tip_position, 3.0 * one.solution.tip_position, rtol=0, atol=ALIKE * 0.2
+        )

@@ -25,7 +25,7 @@ from rodmodel import Domain
 from tests.faults import full_disk, killed_at_every_write
 from tests.fem_fixtures import TINY
 
-PLAN = RunPlan(Design(), "coarse", Domain((70e3, 50e3, 50e3), 100e3, 2e-3), 1, seed=0)
+PLAN = RunPlan(Design(), "coarse", Domain((70e3, 50e3, 50e3), 100e3, 2e-3), 1, seed=0, end_compliance=0.23e-3)
 
 
 def test_every_variable_has_a_unit_and_a_meaning(dataset):
@@ -72,7 +72,7 @@ def test_failed_paths_are_named_with_what_was_reached(dataset, tmp_path):
 def design_paths_one():
     from rodmodel import Domain
 
-    return design_paths(Domain((70e3, 50e3, 50e3), 100e3, 2e-3), 1, seed=0)[0]
+    return design_paths(Domain((70e3, 50e3, 50e3), 100e3, 2e-3), 1, seed=0, pressure_step=3e3)[0]
 
 
 def test_a_run_without_states_is_refused():

@@ -78,8 +78,8 @@ def test_chamber_3_alone_is_run_only_where_it_is_no_mirror_image_of_chamber_2():
     def alone(paths):
         return [path for path in paths if np.all(loads_of(path)[0][:, :2] == 0) and np.any(loads_of(path)[0])]
 
-    assert not alone(design_paths(DOMAIN, 30, seed=0, mirror=True))
-    assert alone(design_paths(DOMAIN, 30, seed=0, mirror=False))
+    assert not alone(design_paths(DOMAIN, 30, seed=0, pressure_step=STEP, mirror=True))
+    assert alone(design_paths(DOMAIN, 30, seed=0, pressure_step=STEP, mirror=False))
 
 
 @pytest.mark.parametrize(
@@ -103,7 +103,7 @@ def test_impossible_designs_are_refused(number, step, named):
 
 def test_paths_on_windings_of_their_own_spread_evenly_over_the_orientations():
     low, high = 0.0, np.pi / 6.0
-    paths = design_paths(DOMAIN, 120, seed=3, mirror=False, orientations=(low, high))
+    paths = design_paths(DOMAIN, 120, seed=3, pressure_step=STEP, mirror=False, orientations=(low, high))
     for role in ("train", "held-out"):
         psi = np.sort([path.psi for path in paths if path.role == role])
         assert low <= psi[0] < psi[-1] <= high
@@ -114,4 +114,4 @@ def test_paths_on_windings_of_their_own_spread_evenly_over_the_orientations():
     singles = [p for p in paths if p.role == "train" and np.count_nonzero(p.loads[-1].pressure) == 1]
     # Of each of two rounds, and of paths whose shares fall to one chamber.
     assert len({path.psi for path in singles}) >= 6
-    assert all(path.psi is None for path in design_paths(DOMAIN, 12, seed=3))
+    assert all(path.psi is None for path in design_paths(DOMAIN, 12, seed=3, pressure_step=STEP))

@@ -82,7 +82,7 @@ def test_in_the_plane_of_symmetry_the_load_stays_and_only_the_derivatives_across
         for load in loads:
             yield replace(state_at(load), hessian=np.diag([0.0, 3e-4, 0.0, 1e-9, 2e-9, 2e-9]), stable=True)
 
-    *states, end = trace_path(trace, path_to(80.0), lambda: symmetric)
+    *states, end = trace_path(trace, path_to(80.0), in_plane=lambda: symmetric)
     pressure = np.array([state["pressure"][0] for state in states])
     held = np.array([bool(state["held"]) for state in states])
     np.testing.assert_array_equal(held, pressure > SECTION)
@@ -99,7 +99,7 @@ def test_loads_out_of_the_plane_are_followed_at_imposed_curvature():
         raise AssertionError("the plane is left")
 
     loads = tuple(Load((1e3 * p, 1e3, 0.0)) for p in np.arange(3.0, 80.0, 3.0))
-    *states, _ = trace_path(trace, LoadingPath("p", "train", loads), never)
+    *states, _ = trace_path(trace, LoadingPath("p", "train", loads), in_plane=never)
     assert any(state["held"] for state in states)
 
 

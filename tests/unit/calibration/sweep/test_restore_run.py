@@ -11,7 +11,9 @@ from calibration.sweep.restore_run import restore_run
 from fem_reference import Design
 from rodmodel import Domain
 
-PLAN = RunPlan(Design(), "coarse", Domain((70e3, 50e3, 50e3), 100e3, 2e-3), 40, seed=0)
+PLAN = RunPlan(
+    Design(), "coarse", Domain((70e3, 50e3, 50e3), 100e3, 2e-3), 40, seed=0, end_compliance=0.23e-3
+)
 MATERIAL = {"bulk_modulus": 1e8}
 
 

@@ -11,7 +11,7 @@ from rodmodel import Domain
 from tests.faults import full_disk, killed_at_every_write
 from tests.fem_fixtures import TINY
 
-PLAN = RunPlan(Design(), "coarse", Domain((6e4, 5e4, 5e4), 9e4, 2e-3), 10, seed=0)
+PLAN = RunPlan(Design(), "coarse", Domain((6e4, 5e4, 5e4), 9e4, 2e-3), 10, seed=0, end_compliance=0.23e-3)
 
 
 def test_a_run_with_more_paths_adds_its_command_and_one_that_is_taken_up_does_not(tmp_path):

@@ -7,29 +7,8 @@ import pytest
 from fem_reference.design import Design, read_design, similarity
 from fem_reference.geometry import ActuatorGeometry, Core, DoubleHelix, Ring, Thread
 from fem_reference.materials import Ogden, neo_hookean
+from tests.similar_designs import scaled
 from tests.unit.fem_reference.design.schema_file import ROOT
-
-
-def scaled(design: Design, length: float, modulus: float) -> Design:
-    """The design with all lengths and all moduli scaled."""
-    geometry, law = design.geometry, design.material
-    lengths = {
-        name: length * value for name, value in vars(geometry).items() if name != "outer_wall_variation"
-    }
-    return replace(
-        design,
-        geometry=replace(geometry, **lengths),
-        material=Ogden(
-            tuple(modulus * mu for mu in law.shear_moduli), law.exponents, modulus * law.bulk_modulus
-        ),
-        core=Core(modulus * design.core.young_modulus),
-        thread=replace(
-            design.thread,
-            young_modulus=modulus * design.thread.young_modulus,
-            radius=length * design.thread.radius,
-        ),
-        winding=replace(design.winding, pitch=length * design.winding.pitch),
-    )
 
 
 @pytest.mark.parametrize(("length", "modulus"), [(3.0, 0.25), (0.1, 7.0), (1.0, 1.0)])

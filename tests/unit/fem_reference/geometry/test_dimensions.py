@@ -92,9 +92,8 @@ def test_walls_that_vary_must_leave_chambers_and_hold_the_winding(variation, mes
     [
         (
             {"pressure": (-1.0, 0.0, 0.0)},
-            r"pressure: got \(-1.0, 0.0, 0.0\) Pa, expected each between 0 and 200000 Pa",
+            r"pressure: got \(-1.0, 0.0, 0.0\) Pa, expected none below 0 Pa",
         ),
-        ({"pressure": (5e5, 0.0, 0.0)}, "pressure: got .* expected each between 0 and 200000 Pa"),
         ({"pressure": (np.nan, 0.0, 0.0)}, r"pressure: got .*nan.*, expected three finite numbers \[Pa\]"),
         ({"pressure": (1e3, 2e3)}, r"pressure: got \(1000.0, 2000.0\), expected three finite numbers \[Pa\]"),
         (

@@ -1,6 +1,7 @@
 """Winding layouts: how much thread, where it crosses, what turns and shifts do to it, what is refused."""
 
 import itertools
+import math
 
 import numpy as np
 import pytest
@@ -140,7 +141,8 @@ def test_the_period_is_the_smallest_shift_that_changes_nothing(winding):
 
 def test_no_winding_has_no_thread_and_any_period():
     assert NoWinding().polylines(RADIUS, 60e-3, POINTS) == []
-    assert NoWinding().period == PITCH
+    assert math.isinf(NoWinding().period)
+    assert NoWinding().cell_length(12e-3) == PITCH
 
 
 @pytest.mark.parametrize("kind", [DoubleHelix, SixHelix])

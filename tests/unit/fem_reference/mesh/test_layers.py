@@ -23,7 +23,8 @@ WINDINGS = [
 def heights(winding, level: MeshLevel) -> np.ndarray:
     """Where the layers of the winding's cell meet [mm]; the section's counts do not matter."""
     flat = dataclasses.replace(TINY, axial_size=level.axial_size, order=level.order)
-    mesh = body_mesh(GEOMETRY, winding.period, flat, winding.interval)
+    length = winding.cell_length(GEOMETRY.body_diameter)
+    mesh = body_mesh(GEOMETRY, length, flat, min(winding.interval, length))
     return np.unique(np.round(mesh.points[:, 2], 9))[:: level.order]
 
 
@@ -33,8 +34,9 @@ def test_every_interval_has_the_same_whole_number_of_layers(winding, name):
     level = LEVELS[name]
     found = heights(winding, level)
     layers = len(found) - 1
-    np.testing.assert_allclose(np.diff(found), 1e3 * winding.period / layers, rtol=1e-8)
-    intervals = round(winding.period / winding.interval)
+    length = winding.cell_length(GEOMETRY.body_diameter)
+    np.testing.assert_allclose(np.diff(found), 1e3 * length / layers, rtol=1e-8)
+    intervals = max(1, round(length / winding.interval))
     assert layers % intervals == 0
     # Two crossings, or both sides of a ring, are held alike.
     assert layers % 2 == 0

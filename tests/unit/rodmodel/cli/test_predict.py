@@ -39,6 +39,10 @@ def test_json_is_one_object_of_the_agreed_keys_and_nothing_else(predict: Any, ro
         "stable",
         "result",
         "load_fraction",
+        "snapped_by_chamber",
+        "snapped_side",
+        "other_branch_possible",
+        "pressure_factor_to_end_of_branch",
     ]
     solution = rod.solve([30e3, 5e3, 0.0])
     assert math.isclose(record["bending_angle_deg"], math.degrees(solution.bending_angle), rel_tol=1e-12)

@@ -1,0 +1,184 @@
+"""Stage 3: runs of the full actuator in parallel processes, some for its ends and others to judge the rod."""
+
+import multiprocessing
+import os
+import signal
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from multiprocessing.context import SpawnProcess
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import xarray as xr
+from jaxtyping import Float
+
+from calibration.from_design.stage_record import StageError, key_of
+from calibration.from_design.task import Level, Task
+from calibration.progress import progress_bar
+from calibration.sweep import edge
+from calibration.truth import TruthCase, TruthError, gather, trace
+from fem_reference import (
+    ActuatorError,
+    ActuatorLoad,
+    Design,
+    RunError,
+    design_text,
+    level_record,
+    prepare_process,
+)
+from rodmodel import Domain
+from rodmodel.io import write_atomically
+
+# Pressures of fit and judge runs, as shares of the domain's. No load has both roles.
+_FIT, _JUDGE = (0.25, 0.5, 0.75, 0.95), (0.2, 0.45, 0.7, 0.92)
+_POLL = 0.5  # [s]
+_END = 5.0  # time for a process to end before it is killed [s]
+
+
+def cases_for(task: Task, domain: Domain) -> tuple[TruthCase, ...]:
+    """Return the runs: one chamber and two for the ends, and others of both kinds that judge the rod.
+
+    Runs in the plane of symmetry keep it, where the winding has one.
+    """
+    design, mirror = task.design, task.design.winding.mirror_symmetric
+    ways: list[tuple[str, Literal["fit", "judge"], tuple[float, float, float]]] = [
+        ("chamber1", "fit", (1.0, 0.0, 0.0)),
+        ("chambers12", "fit", (1.0, 1.0, 0.0)),
+        ("chamber2", "judge", (0.0, 1.0, 0.0)),
+        ("chambers23", "judge", (0.0, 1.0, 1.0)),
+    ]
+    if task.budget.thorough:
+        ways += [
+            ("chamber2", "fit", (0.0, 1.0, 0.0)),
+            ("mixture", "fit", (1.0, 0.5, 0.2)),
+            ("chambers31", "judge", (1.0, 0.0, 1.0)),
+            ("mixture", "judge", (0.3, 1.0, 0.6)),
+        ]
+    cases = []
+    for name, role, way in ways:
+        largest = edge(domain, np.array(way))
+        shares = _FIT if role == "fit" else _JUDGE
+        loads = tuple(_load(share * largest) for share in shares)
+        symmetric = mirror and way[1] == way[2]
+        cases.append(TruthCase(f"{role}-{name}", role, design.winding, loads, symmetric))
+    return tuple(cases)
+
+
+def _load(pressure: Float[np.ndarray, "3"]) -> ActuatorLoad:
+    first, second, third = pressure.tolist()
+    return ActuatorLoad((first, second, third))
+
+
+def run_actuators(task: Task, cases: Sequence[TruthCase]) -> tuple[xr.Dataset, dict[str, str]]:
+    """Run or resume the cases, and gather their states.
+
+    Parameters
+    ----------
+    task : calibration to make.
+    cases : runs of its actuator.
+
+    Returns
+    -------
+    runs : as `calibration.truth.gather` gives them.
+    failed : by case, why its path ended early.
+
+    Raises
+    ------
+    StageError
+        If no run has a state, or a process dies.
+    """
+    level = task.levels.actuator
+    loads = [[list(load.pressure) for load in case.loads] for case in cases]
+    inputs = {"design": design_text(task.design), "mesh": level_record(level), "loads": loads}
+    directory = task.directory / f"actuator-{key_of(inputs)}"
+    pending = [case for case in cases if not _is_over(directory, case)]
+    if pending:
+        _trace_all(task, pending, directory, level)
+    failed = {case.name: file.read_text() for case in cases if (file := _failure(directory, case)).exists()}
+    try:
+        return gather(directory, cases, task.design), failed
+    except TruthError as error:
+        why = "; ".join(f"{name}: {reason}" for name, reason in failed.items())
+        raise StageError(f"actuator runs: {why or error}") from error
+
+
+def _trace_all(task: Task, pending: Sequence[TruthCase], directory: Path, level: Level) -> None:
+    waiting, team = list(pending), dict[str, SpawnProcess]()
+    counted = _states(directory, pending)
+    with progress_bar(sum(len(case.loads) for case in pending), "states") as advance, _ended(team):
+        advance(counted, "actuator")
+        while waiting or team:
+            while waiting and len(team) < task.workers:
+                case = waiting.pop(0)
+                team[case.name] = _begun(case, directory, level, task)
+            time.sleep(_POLL)
+            now = _states(directory, pending)
+            advance(now - counted, ", ".join(team))
+            counted = now
+            for name in [name for name, process in team.items() if not process.is_alive()]:
+                process = team.pop(name)
+                if process.exitcode != 0:
+                    raise StageError(
+                        f"actuator runs: the process of {name} ended with {process.exitcode}; its states "
+                        f"are in {directory}, run again to resume"
+                    )
+
+
+@contextmanager
+def _ended(team: dict[str, SpawnProcess]) -> Iterator[None]:
+    """End the processes that are left, as after Ctrl-C."""
+    try:
+        yield
+    finally:
+        for process in team.values():
+            process.terminate()
+        for process in team.values():
+            process.join(_END)
+            if process.is_alive():
+                process.kill()
+                process.join()
+
+
+def _begun(case: TruthCase, directory: Path, level: Level, task: Task) -> SpawnProcess:
+    """Start a process that traces a case and ignores Ctrl-C, which a terminal sends to all of them."""
+    context = multiprocessing.get_context("spawn")
+    process = context.Process(
+        target=_trace, args=(case, directory, level, task.command, task.design), daemon=True
+    )
+    if os.name != "posix":
+        process.start()
+        return process
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        process.start()
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    return process
+
+
+def _trace(case: TruthCase, directory: Path, level: Level, command: str, design: Design) -> None:
+    """Trace one case in a process; its states are on file, and why it ended early."""
+    prepare_process()
+    try:
+        for _ in trace(case, directory, level, command, design):
+            if os.getppid() == 1:
+                return
+    except ActuatorError as error:
+        write_atomically(_failure(directory, case), f"{error}")
+    except RunError as error:
+        raise SystemExit(f"actuator runs: {error}") from error
+
+
+def _failure(directory: Path, case: TruthCase) -> Path:
+    return directory / f"{case.name}.failed.txt"
+
+
+def _states(directory: Path, cases: Sequence[TruthCase]) -> int:
+    return sum(len(list((directory / case.name).glob("step_*.json"))) for case in cases)
+
+
+def _is_over(directory: Path, case: TruthCase) -> bool:
+    """Whether a run has all its states, or ended early."""
+    return _failure(directory, case).exists() or _states(directory, [case]) >= len(case.loads)

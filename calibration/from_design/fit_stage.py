@@ -1,0 +1,120 @@
+"""Stage 5: the section law, fitted near a shipped law that is scaled to the design, or from scratch."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from calibration.fit import begin_near, calibration_of, fit_and_judge
+from calibration.from_design.near_law import NearLaw
+from calibration.from_design.stage_record import StageError, key_of
+from calibration.from_design.task import Task
+from calibration.provenance import code_version, sha256, today
+from calibration.sweep import attributes
+from rodmodel import Calibration, Domain, read_calibration, save_calibration
+
+# Size of a law from scratch, as of `rodmodel-calibrate fit`, and from which number of states on one is tried.
+_RIDGES, _FEATURES = 24, 16
+_ENOUGH = 500
+ITERATIONS = 100
+
+
+@dataclass(frozen=True)
+class Start:
+    """A law to begin with: near a shipped one, or none."""
+
+    title: str
+    near: NearLaw | None
+
+    def law(self, run: Mapping[str, Any]) -> Any:
+        """Return the initial law with the symmetry of a run's section.
+
+        Raises
+        ------
+        ValueError
+            If the shipped law has a symmetry that the section has not.
+        """
+        return None if self.near is None else begin_near(self.near.calibration.section_law, dict(run))
+
+
+def starts_for(task: Task, near: Sequence[NearLaw], run: Mapping[str, Any], states: int) -> list[Start]:
+    """Return where fits begin: near the most similar law that can; and from scratch too, if that is cheap."""
+    found = []
+    for one in near:
+        start = Start(f"near {one.title}", one)
+        try:
+            start.law(run)
+        except ValueError:
+            continue
+        found.append(start)
+        break
+    if not found or (task.budget.converged and states >= _ENOUGH):
+        found.append(Start("from scratch", None))
+    return found
+
+
+def fitted(
+    task: Task, dataset: xr.Dataset, file: Path, domain: Domain, near: Sequence[NearLaw], iterations: int
+) -> Calibration:
+    """Return the law with the least held-out error, as a calibration without ends.
+
+    It is kept in a file, and read from there if that is of the same sweep.
+
+    Parameters
+    ----------
+    task : calibration to make.
+    dataset, file : the sweep.
+    domain : of the law; it is narrowed until the law is stable.
+    near : shipped laws, the most similar first.
+    iterations : of each fit.
+
+    Raises
+    ------
+    StageError
+        If no fit gives a usable law.
+    """
+    run, checksum = attributes(dataset), sha256(file)
+    made = task.directory / f"law-{key_of({'dataset': checksum, 'iterations': iterations})}.json"
+    if made.exists():
+        try:
+            return read_calibration(made)
+        except ValueError:
+            # Damaged: it is fitted again.
+            pass
+    length, outcomes = run["geometry"]["body_length"], []
+    for start in starts_for(task, near, run, dataset.sizes["state"]):
+        law = start.law(run)
+        outcome = fit_and_judge(
+            dataset, domain, length, _RIDGES, _FEATURES, iterations, 0, [] if law is None else [law]
+        )
+        outcomes.append((start, outcome))
+    good = [(start, outcome) for start, outcome in outcomes if outcome.good]
+    if not good:
+        raise StageError(
+            f"fit: {outcomes[0][1].complaint}, expected a law that has one; a longer budget may help"
+        )
+    start, best = min(good, key=lambda pair: held_out(pair[1].error))
+    provenance = {
+        "fit_command": task.command,
+        "code_version": code_version(),
+        "dataset_sha256": checksum,
+        "states": best.states,
+        "date": today(),
+        "training": best.training,
+        "fit_start": start.title,
+        "held_out_by_start_rad": {one.title: held_out(outcome.error) for one, outcome in good},
+        **({} if start.near is None else {"near_deviations": dict(start.near.deviations)}),
+    }
+    calibration = calibration_of(best.law, best.domain, best.error, run, provenance)
+    save_calibration(calibration, made)
+    return calibration
+
+
+def held_out(error: Mapping[str, Any]) -> float:
+    """Return the 95th percentile of the held-out angle [rad]: in free bending, or under moments alone."""
+    for name in ("free_bending_angle_rad", "loaded_bending_angle_rad"):
+        if name in error:
+            return float(error[name]["p95"])
+    return float("inf")

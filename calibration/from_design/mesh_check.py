@@ -1,0 +1,129 @@
+"""Stage 2: the mesh of the sweep, and how far its angles are from those of other meshes.
+
+One chamber, and two, bend the cell on the mesh of the sweep, on a finer one, and on that of the actuator.
+"""
+
+import math
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from calibration.from_design.task import Level, Meshes
+from fem_reference import CellError, Design, Load, PeriodCell, follow, level_record
+from rodmodel import Domain
+
+# Share of the range of pressures at which meshes are compared.
+_SHARE = 0.75
+# Loads on the way to it, so that their time is one of a state of the sweep.
+_STEPS = 4
+
+
+@dataclass(frozen=True)
+class MeshCheck:
+    """Bending angles of a cell on several meshes.
+
+    Parameters
+    ----------
+    pressures : of the three chambers, of each load: of one chamber, then of two [Pa].
+    sweep, finer, actuator : angles at these loads on each mesh [rad]; NaN where a mesh did not converge.
+    seconds : time of a state on the mesh of the sweep [s].
+    """
+
+    pressures: tuple[tuple[float, float, float], ...]
+    sweep: tuple[float, ...]
+    finer: tuple[float, ...]
+    actuator: tuple[float, ...]
+    seconds: float
+
+    @classmethod
+    def of(cls, record: Mapping[str, Any]) -> "MeshCheck":
+        """Return the check of a record of JSON, which has null for NaN."""
+        angles = {
+            key: tuple(math.nan if a is None else a for a in record[key])
+            for key in ("sweep", "finer", "actuator")
+        }
+        first, second = (tuple(p) for p in record["pressures"])
+        return cls((first, second), **angles, seconds=record["seconds"])
+
+    def record(self) -> dict[str, Any]:
+        """Return the check for JSON."""
+        angles = {
+            key: [None if math.isnan(a) else a for a in getattr(self, key)]
+            for key in ("sweep", "finer", "actuator")
+        }
+        return {"pressures": [list(p) for p in self.pressures], **angles, "seconds": self.seconds}
+
+    def error(self, chambers: int) -> float:
+        """Return what the sweep's angles are wrong by, relative to the finer mesh's.
+
+        Parameters
+        ----------
+        chambers : number of chambers with pressure; with three, the larger of both errors.
+        """
+        errors = [abs(own / finer - 1.0) for own, finer in zip(self.sweep, self.finer, strict=True)]
+        return _of(errors, chambers)
+
+    def ratio(self, chambers: int) -> float:
+        """Return the sweep's angle relative to that on the actuator's mesh; with three chambers, the mean."""
+        ratios = [own / its for own, its in zip(self.sweep, self.actuator, strict=True)]
+        return float(np.mean(ratios)) if chambers > 2 else ratios[chambers - 1]
+
+
+def _of(errors: Sequence[float], chambers: int) -> float:
+    return float(np.max(errors)) if chambers > 2 else errors[chambers - 1]
+
+
+def check_meshes(design: Design, domain: Domain, meshes: Meshes, compliance: float) -> MeshCheck:
+    """Compare the angles of a cell on the meshes of a calibration.
+
+    Parameters
+    ----------
+    design, domain : actuator and its range of pressures.
+    meshes : mesh levels.
+    compliance : of the ends [m/N].
+    """
+    pressures = check_pressures(domain)
+    known: dict[str, tuple[tuple[float, ...], float]] = {}
+
+    def on(level: Level) -> tuple[tuple[float, ...], float]:
+        name = str(level_record(level))
+        if name not in known:
+            known[name] = _angles(design, level, compliance, pressures)
+        return known[name]
+
+    (sweep, seconds), (finer, _), (actuator, _) = map(on, (meshes.sweep, meshes.finer, meshes.actuator))
+    return MeshCheck(pressures, sweep, finer, actuator, seconds)
+
+
+def check_pressures(domain: Domain) -> tuple[tuple[float, float, float], ...]:
+    """Return the pressures of one chamber, and of two alike, at which meshes are compared [Pa]."""
+    one = _SHARE * domain.pressure_max[0]
+    each = min(domain.pressure_max[1], domain.pressure_max[2], domain.pressure_sum_max / 2.0)
+    two = _SHARE * min(each, domain.beside_max / (1.0 + domain.beside_share))
+    return (one, 0.0, 0.0), (0.0, two, two)
+
+
+def _angles(
+    design: Design, level: Level, compliance: float, pressures: Sequence[tuple[float, float, float]]
+) -> tuple[tuple[float, ...], float]:
+    """Return the angles at some pressures, and the median time of a state."""
+    cell = PeriodCell.of(design, level, compliance)
+    angles, seconds = [], []
+    for pressure in pressures:
+        bend, clock = math.nan, time.monotonic()
+        try:
+            for state in follow(cell, [_part(pressure, n / _STEPS) for n in range(1, _STEPS + 1)]):
+                seconds.append(time.monotonic() - clock)
+                clock, bend = time.monotonic(), float(np.hypot(*state.curvature[:2]))
+        except CellError:
+            bend = math.nan
+        angles.append(design.geometry.body_length * bend)
+    return tuple(angles), float(np.median(seconds or [math.nan]))
+
+
+def _part(pressure: tuple[float, float, float], share: float) -> Load:
+    first, second, third = (share * p for p in pressure)
+    return Load((first, second, third))

@@ -1,0 +1,281 @@
+"""Stage 1: the range of pressures, found by a coarse cell.
+
+The cell is bent by one chamber and by two, until it has the wanted angle, the section gives way, or the
+silicone leaves the stretch at which it was tested. Where pairs end at a lower pressure than one chamber, the
+domain leaves less pressure to chambers beside each other. A design that names its pressures keeps them; the
+same paths then tell what happens on the way.
+"""
+
+import itertools
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from calibration.from_design.stage_record import StageError, kept
+from calibration.from_design.task import Task
+from calibration.progress import progress_bar
+from calibration.sweep import usual_end_compliance
+from fem_reference import CellError, CellState, Design, Load, PeriodCell, design_text, follow, level_record
+from fem_reference.cell import stretch_beyond_tests
+from rodmodel import Domain
+
+Trace = Callable[[Any, CellState | None], Iterator[CellState]]
+
+#: Why a path ends.
+ANGLE, STABILITY, STRETCH, SOLVER, GIVEN = "angle", "stability", "stretch", "solver", "given"
+# Step of the pressure, and the largest one, in the body's megapascals (`Units`).
+_STEP, _MOST = 4e-3, 0.5
+# Bisections of the step in which a path ends.
+_HALVINGS = 2
+# Largest moment and torque on a section, in the body's newton millimetres, as of `rodmodel-calibrate run`.
+_MOMENT, _TORQUE = 6.6, 3.3
+_ALIKE = ("ring", "six-helix", "none")
+
+
+@dataclass(frozen=True)
+class PathEnd:
+    """How far one chamber, or two alike, can be pressurised.
+
+    Parameters
+    ----------
+    chambers : numbers from 1.
+    pressure : of each of them at the end [Pa].
+    angle : bending angle over the body's length there [rad].
+    reason : `ANGLE`, `STABILITY`, `STRETCH`, `SOLVER` or `GIVEN`.
+    detail : the reason in words.
+    pressures, angles : of the states on the way [Pa], [rad].
+    seconds : median time of a state [s].
+    """
+
+    chambers: tuple[int, ...]
+    pressure: float
+    angle: float
+    reason: str
+    detail: str
+    pressures: tuple[float, ...]
+    angles: tuple[float, ...]
+    seconds: float
+
+    @classmethod
+    def of(cls, record: Mapping[str, Any]) -> "PathEnd":
+        """Return the end of a record of JSON."""
+        lists = {key: tuple(record[key]) for key in ("chambers", "pressures", "angles")}
+        return cls(**{**record, **lists})
+
+    @property
+    def title(self) -> str:
+        """Chambers in words."""
+        return title_of(self.chambers)
+
+    def record(self) -> dict[str, Any]:
+        """Return the end for JSON."""
+        return asdict(self)
+
+
+def title_of(chambers: Sequence[int]) -> str:
+    """Return chambers in words."""
+    return f"chamber{'s' if len(chambers) > 1 else ''} {' and '.join(map(str, chambers))}"
+
+
+def range_paths(design: Design) -> tuple[tuple[int, ...], ...]:
+    """Return the chambers to follow: those that the section's symmetry does not make alike."""
+    if design.winding.name in _ALIKE:
+        return (1,), (2, 3)
+    if design.winding.mirror_symmetric:
+        return (1,), (2,), (1, 2), (2, 3)
+    return (1,), (2,), (3,), (1, 2), (2, 3), (3, 1)
+
+
+def find_range(task: Task) -> tuple[PathEnd, ...]:
+    """Return how far the cell of a design can be pressurised, by one chamber and by two.
+
+    Each path has a file of its own, and is followed once.
+
+    Raises
+    ------
+    StageError
+        If the cell gives way at the first step of a path.
+    """
+    compliance, level = first_compliance(task.design), task.levels.first
+    common = {
+        "design": design_text(task.design),
+        "mesh": level_record(level),
+        "end_compliance": compliance,
+        "angle": task.angle,
+    }
+    cell: list[PeriodCell] = []
+
+    def follow_one(chambers: tuple[int, ...]) -> dict[str, Any]:
+        if not cell:
+            cell.append(PeriodCell.of(task.design, level, compliance))
+        return path_end(
+            lambda loads, start: follow(cell[0], loads, start=start, jumps=False),
+            chambers,
+            task.design,
+            task.angle,
+            lambda state: stretch_beyond_tests(cell[0], state),
+        ).record()
+
+    paths, ends = range_paths(task.design), []
+    with progress_bar(len(paths), "paths") as advance:
+        for chambers in paths:
+            advance(0, title_of(chambers))
+            stage = f"range-{''.join(map(str, chambers))}"
+            inputs = {**common, "chambers": chambers}
+            record = kept(task.directory, stage, inputs, partial(follow_one, chambers))
+            ends.append(PathEnd.of(record))
+            advance(1, title_of(chambers))
+    return tuple(ends)
+
+
+def first_compliance(design: Design) -> float:
+    """Return the compliance of a design's ends before any run of it [m/N]: its own, or the usual one."""
+    own = design.end_compliance
+    return usual_end_compliance(design) if own is None else own
+
+
+def path_end(
+    trace: Trace,
+    chambers: Sequence[int],
+    design: Design,
+    wanted: float,
+    beyond_tests: Callable[[CellState], str | None],
+) -> PathEnd:
+    """Follow a cell's free bending by some chambers to its end.
+
+    Parameters
+    ----------
+    trace : continuation of the cell, which ends where walls lose their balance.
+    chambers : numbers from 1; all have the same pressure.
+    design : of the cell.
+    wanted : angle over the body's length at which a path ends [rad]; of no matter if the design names its
+        pressures.
+    beyond_tests : says how a state leaves the tested range of stretch, or None.
+
+    Raises
+    ------
+    StageError
+        If the cell gives way at the first step.
+    """
+    length, unit = design.geometry.body_length, design.units.megapascal
+    last = given_pressure(design, chambers)
+    step = _STEP * unit if last is None else last / math.ceil(last / (_STEP * unit))
+    most = _MOST * unit if last is None else last
+    count = max(1, round(most / step))
+    states: list[CellState] = []
+    seconds: list[float] = []
+
+    def ended(bent: float, reason: str, detail: str, pressure: float) -> PathEnd:
+        pressures = [_pressure(state, chambers) for state in states]
+        angles = [_angle(state, length) for state in states]
+        pace = float(np.median(seconds or [0.0]))
+        return PathEnd(tuple(chambers), pressure, bent, reason, detail, tuple(pressures), tuple(angles), pace)
+
+    def good(state: CellState) -> tuple[str, str] | None:
+        if state.jumped or state.stable is False:
+            return STABILITY, "the section loses its stability"
+        if (told := beyond_tests(state)) is not None:
+            return STRETCH, told
+        return None
+
+    why: tuple[str, str] | None = None
+    clock = time.monotonic()
+    try:
+        for state in trace((_load(step * n, chambers) for n in range(1, count + 1)), None):
+            seconds.append(time.monotonic() - clock)
+            clock = time.monotonic()
+            why = good(state)
+            if why is not None:
+                break
+            states.append(state)
+            if last is None and _angle(state, length) >= wanted:
+                before, at = ([0.0, *(_angle(s, length) for s in states)])[-2:]
+                reached = step * (len(states) - 1 + (wanted - before) / (at - before))
+                return ended(wanted, ANGLE, f"the wanted angle, {math.degrees(wanted):.4g} deg", reached)
+    except CellError as error:
+        why = (STABILITY, "the walls lose their stability") if error.unstable else (SOLVER, str(error))
+    if why is None:
+        reason = (GIVEN, "the design's") if last is not None else (SOLVER, "the largest pressure tried")
+        return ended(_angle(states[-1], length), *reason, _pressure(states[-1], chambers))
+    if not states:
+        raise StageError(
+            f"range: {title_of(chambers)}: {why[1]} below {1e-3 * step:.3g} kPa, expected a body that bends"
+        )
+    _approach(trace, chambers, states, step, good)
+    return ended(_angle(states[-1], length), *why, _pressure(states[-1], chambers))
+
+
+def _approach(
+    trace: Trace,
+    chambers: Sequence[int],
+    states: list[CellState],
+    step: float,
+    good: Callable[[CellState], object],
+) -> None:
+    """Add states nearer to the end of a path, by bisection of its last step."""
+    for _ in range(_HALVINGS):
+        step *= 0.5
+        tried = _load(_pressure(states[-1], chambers) + step, chambers)
+        try:
+            state = next(iter(trace([tried], states[-1])))
+        except CellError:
+            continue
+        if good(state) is None:
+            states.append(state)
+
+
+def given_pressure(design: Design, chambers: Sequence[int]) -> float | None:
+    """Return the largest pressure of the chambers together that the design names [Pa], or None."""
+    if design.pressure_max is None or design.pressure_sum_max is None:
+        return None
+    each = min(design.pressure_max[k - 1] for k in chambers)
+    return min(each, design.pressure_sum_max / len(chambers))
+
+
+def domain_of(design: Design, ends: Sequence[PathEnd]) -> Domain:
+    """Return the domain of a design's own pressures, or the one that the ends of paths leave.
+
+    Its corners are those of one chamber and of two. Pressures found are rounded down to three digits.
+    """
+    units = design.units
+    moment, torque = (share * units.newton / units.metre for share in (_MOMENT, _TORQUE))
+    if design.pressure_max is not None and design.pressure_sum_max is not None:
+        return Domain(design.pressure_max, design.pressure_sum_max, moment, torque)
+    single = {end.chambers[0]: end.pressure for end in ends if len(end.chambers) == 1}
+    # Chambers that the symmetry makes alike.
+    second = single.get(2, single[1])
+    each = [rounded_down(p) for p in (single[1], second, single.get(3, second))]
+    pair = rounded_down(min(end.pressure for end in ends if len(end.chambers) == 2))
+    most = max(each)
+    first, second, third = each
+    if pair >= most:
+        return Domain((first, second, third), 2.0 * pair, moment, torque)
+    # A pair below half of one chamber's pressure would want a share above one. Three digits are enough.
+    share = min(math.ceil(1e3 * (most / pair - 1.0) - 1e-9) / 1e3, 1.0)
+    beside = (1.0 + share) * pair
+    first, second, third = (min(p, beside) for p in each)
+    return Domain((first, second, third), 2.0 * pair, moment, torque, share, beside)
+
+
+def rounded_down(pressure: float) -> float:
+    """Return a pressure rounded down to three digits."""
+    unit = 10.0 ** (math.floor(math.log10(pressure)) - 2)
+    return float(f"{math.floor(pressure / unit + 1e-9) * unit:.6g}")
+
+
+def _load(pressure: float, chambers: Sequence[int]) -> Load:
+    first, second, third = (pressure if k in chambers else 0.0 for k in (1, 2, 3))
+    return Load((first, second, third), (0.0, 0.0, 0.0))
+
+
+def _pressure(state: CellState, chambers: Sequence[int]) -> float:
+    return float(state.load.pressure[chambers[0] - 1])
+
+
+def _angle(state: CellState, length: float) -> float:
+    return length * math.hypot(*itertools.islice(state.curvature, 2))

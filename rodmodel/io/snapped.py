@@ -1,0 +1,86 @@
+"""Laws of the section after partition walls have snapped to one side, as parts of a calibration file.
+
+"snapped": [{"chamber": 1, 2 or 3, "side": 1 or -1, "section_law": {...}, "domain": {..., with
+"pressure_min_pa"}, "error": {...}, "provenance": {...}}, ...]
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, final
+
+from rodmodel.actuator import Domain
+from rodmodel.io.json_record import CalibrationFileError, Record
+from rodmodel.io.law_arrays import RidgeArrays
+from rodmodel.io.law_record import domain_content, domain_of, law_content, law_of
+
+_MOST = 6
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class SnappedLaw:
+    """Law of one snapped sheet.
+
+    Attributes
+    ----------
+    chamber : number of the chamber with the high pressure, from 1.
+    side : +1 if the bending plane's angle γ is larger than that of the upright section, −1 if smaller.
+    law : section law as plain arrays.
+    domain : loads inside which the law was calibrated; the least pressures are where the sheet ends.
+    error, provenance : as in the file.
+    """
+
+    chamber: int
+    side: int
+    law: RidgeArrays
+    domain: Domain
+    error: Mapping[str, Any]
+    provenance: Mapping[str, Any]
+
+
+def snapped_content(laws: tuple[SnappedLaw, ...]) -> list[dict[str, Any]]:
+    """Return the laws for JSON."""
+    return [
+        {
+            "chamber": law.chamber,
+            "side": law.side,
+            "section_law": law_content(law.law),
+            "domain": domain_content(law.domain),
+            "error": dict(law.error),
+            "provenance": dict(law.provenance),
+        }
+        for law in laws
+    ]
+
+
+def snapped_of(record: Record) -> tuple[SnappedLaw, ...]:
+    """Return the laws of a file's record, none if it has none."""
+    if "snapped" not in record.content:
+        return ()
+    expected = f"a list of 1 to {_MOST} objects, one for each chamber and side"
+    listed = record.take(
+        "snapped", expected, lambda value: isinstance(value, list) and 1 <= len(value) <= _MOST
+    )
+    laws = []
+    for index, content in enumerate(listed):
+        try:
+            laws.append(_snapped(Record(content, record.file)))
+        except CalibrationFileError as error:
+            raise CalibrationFileError(f"{error}, in snapped[{index}]") from error
+    if len({(law.chamber, law.side) for law in laws}) < len(laws):
+        raise record.error("snapped", "one chamber and side twice", expected)
+    return tuple(laws)
+
+
+def _snapped(record: Record) -> SnappedLaw:
+    law = law_of(record.record("section_law"))
+    if law.is_oriented or law.is_adjusted:
+        raise record.error("section_law", "a law of another kind", "a ridge-network")
+    return SnappedLaw(
+        chamber=record.take("chamber", "1, 2 or 3", lambda value: type(value) is int and value in (1, 2, 3)),
+        side=record.take("side", "1 or -1", lambda value: type(value) is int and value in (-1, 1)),
+        law=law,
+        domain=domain_of(record.record("domain")),
+        error=record.record("error").content,
+        provenance=record.record("provenance").content,
+    )

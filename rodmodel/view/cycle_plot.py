@@ -1,0 +1,41 @@
+"""Picture of a cycle of pressures: bending angle and plane, up and down, with jumps."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+_UP, _DOWN = "#0072b2", "#d55e00"
+
+
+def plot_cycle(record: dict[str, Any], file: str | Path) -> None:
+    """Draw a cycle's record; the suffix of the file selects the format.
+
+    Parameters
+    ----------
+    record : from `rodmodel.view.cycle_record`.
+    file : path of the picture.
+    """
+    states = record["states"]
+    pressure = np.array([max(state["pressure_kpa"]) for state in states])
+    top = int(np.argmax(pressure))
+    figure = Figure(figsize=(9.0, 4.0), layout="constrained")
+    for axes, key, name in zip(
+        figure.subplots(1, 2),
+        ("bending_angle_deg", "bending_plane_deg"),
+        ("bending angle [deg]", "bending plane [deg]"),
+        strict=True,
+    ):
+        value = np.array([np.nan if state[key] is None else state[key] for state in states])
+        if key == "bending_plane_deg":
+            # A plane near 0 may be told as one near 360.
+            known = np.isfinite(value)
+            value[known] = np.unwrap(value[known], period=360.0)
+        for part, colour, label in ((slice(0, top + 1), _UP, "up"), (slice(top, None), _DOWN, "down")):
+            axes.plot(pressure[part], value[part], color=colour, label=label, marker=".", markersize=4)
+        axes.set_xlabel("largest pressure [kPa]")
+        axes.set_ylabel(name)
+        axes.grid(alpha=0.3)
+    figure.axes[0].legend(frameon=False)
+    figure.savefig(file, dpi=150)

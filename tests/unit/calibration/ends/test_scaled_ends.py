@@ -1,0 +1,67 @@
+"""Ends of another actuator: those of a similar one are found as well, and scaled; its cells are of its design."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from calibration.ends import fit as ends
+from fem_reference import Design, design_text
+from tests.similar_designs import scaled
+from tests.unit.calibration.truth import test_compare_rods as paper
+
+LENGTH, MODULUS = 2.5, 0.25
+DESIGN = scaled(Design(), LENGTH, MODULUS)
+
+
+def truth_of_similar() -> xr.Dataset:
+    """The planted runs, all lengths times 2.5 and all pressures by four."""
+    truth = paper.truth_of()
+    for name, factor in (
+        ("pressure", MODULUS),
+        ("tip_position", LENGTH),
+        ("volume", LENGTH**3),
+        ("middle_curvature", 1.0 / LENGTH),
+    ):
+        truth[name] = factor * truth[name]
+    return truth.assign_attrs(design=design_text(DESIGN))
+
+
+def test_the_ends_of_a_similar_actuator_are_the_same_scaled(monkeypatch):
+    """To the tolerance of the least squares, relative; the search takes as many steps as the paper's."""
+
+    def bending(chosen, compliance):
+        # A compliance goes as one over modulus and length.
+        curvature = 1.01 * (1.0 - 10.0 * MODULUS * LENGTH * compliance) * paper.CURVATURE / LENGTH
+        stiffness = MODULUS * LENGTH**4 * paper.STIFFNESS
+        return ends.Bending(curvature, np.full(len(curvature), 1.01), LENGTH**2 * paper.VOLUME, stiffness)
+
+    monkeypatch.setattr(ends, "cell_bending", bending)
+    found = ends.fit_ends(truth_of_similar(), LENGTH * paper.BODY, LENGTH * paper.CAP, 0.0)
+    factors = {
+        "base_turn": 1.0 / MODULUS,
+        "base_lag": LENGTH,
+        "stiff_tip": LENGTH,
+        "tip_offset": LENGTH,
+        "tip_offset_curvature": 1.0 / LENGTH,
+    }
+    planted = {name: factors[name] * value for name, value in paper.PLANTED.items()}
+    planted |= {"base_stiffness": MODULUS * LENGTH**4 * paper.AT_REST, "held_length": LENGTH * paper.HELD}
+    assert found.values == pytest.approx(planted, rel=1e-6)
+
+
+def test_the_cells_of_runs_are_of_their_design(monkeypatch):
+    """Of its material and dimensions, on the mesh of the runs, with the compliance that is tried."""
+    made = []
+
+    def cell_of(design, level, compliance):
+        made.append((design, level, compliance))
+        raise InterruptedError
+
+    monkeypatch.setattr(ends.PeriodCell, "of", cell_of)
+    with pytest.raises(InterruptedError):
+        ends.cell_bending(truth_of_similar(), 0.1e-3)
+    (design, _, compliance) = made[0]
+    # Numbers of a text have twelve digits or more.
+    assert design.geometry.body_diameter == pytest.approx(DESIGN.geometry.body_diameter, rel=1e-12)
+    assert design.material.shear_modulus == pytest.approx(DESIGN.material.shear_modulus, rel=1e-12)
+    assert compliance == 0.1e-3

@@ -1,0 +1,66 @@
+"""Laws of snapped branches in calibration files."""
+
+import dataclasses
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rodmodel
+from rodmodel import CalibrationFileError
+from tests.unit.rodmodel import calibrations
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "snapped.json"
+    rodmodel.save_calibration(calibrations.with_snapped((2, 1), (1, -1)), path)
+    return path
+
+
+def test_a_file_gives_back_what_was_saved(file: Path) -> None:
+    written, read = calibrations.with_snapped((2, 1), (1, -1)), rodmodel.read_calibration(file)
+    for one, other in zip(written.snapped, read.snapped, strict=True):
+        assert (one.chamber, one.side, one.domain) == (other.chamber, other.side, other.domain)
+        assert (dict(one.error), dict(one.provenance)) == (other.error, other.provenance)
+        np.testing.assert_array_equal(one.law.directions, other.law.directions)
+
+
+def test_a_file_without_them_has_no_such_key(tmp_path: Path) -> None:
+    path = tmp_path / "c.json"
+    rodmodel.save_calibration(calibrations.calibration(), path)
+    assert "snapped" not in json.loads(path.read_text())
+    assert "pressure_min_pa" not in json.loads(path.read_text())["domain"]
+    assert rodmodel.read_calibration(path).snapped == ()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"chamber": 4}, r"chamber: got 4, expected 1, 2 or 3, in snapped\[0\]"),
+        ({"chamber": True}, r"chamber: got True, expected 1, 2 or 3"),
+        ({"side": 0}, r"side: got 0, expected 1 or -1"),
+        ({"chamber": 1, "side": -1}, "snapped: got one chamber and side twice"),
+        ({"domain": []}, r"domain: got \[\], expected a JSON object"),
+    ],
+)
+def test_a_damaged_branch_is_refused_in_one_line(file: Path, change: dict, message: str) -> None:
+    content = json.loads(file.read_text())
+    content["snapped"][0] |= change
+    file.write_text(json.dumps(content))
+    with pytest.raises(CalibrationFileError, match=message):
+        rodmodel.read_calibration(file)
+
+
+@pytest.mark.parametrize("value", [[], {}, 3])
+def test_anything_but_a_list_of_branches_is_refused(file: Path, value: object) -> None:
+    file.write_text(json.dumps({**json.loads(file.read_text()), "snapped": value}))
+    with pytest.raises(CalibrationFileError, match=r"snapped: got .*, expected a list of 1 to 6 objects"):
+        rodmodel.read_calibration(file)
+
+
+def test_a_law_of_all_orientations_has_none(tmp_path: Path) -> None:
+    both = dataclasses.replace(calibrations.oriented_calibration(), snapped=(calibrations.snapped_law(),))
+    with pytest.raises(CalibrationFileError, match="snapped: got laws beside one of all orientations"):
+        rodmodel.save_calibration(both, tmp_path / "c.json")

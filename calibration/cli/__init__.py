@@ -74,6 +74,7 @@ def _run(options: argparse.Namespace, command: str) -> int:
             seed=options.seed,
             end_compliance=actuator.end_compliance or 0.0,
             orientations=(psi[0], psi[1]) if len(psi) == 2 else None,
+            around=options.around,
         )
     except ValueError as error:
         raise BadInputError(f"--design {options.design}: {error}") from error
@@ -257,6 +258,14 @@ def _parser() -> argparse.ArgumentParser:
     )
     run.add_argument("--paths", type=count, default=100, help="loading paths, every fifth of them held out")
     run.add_argument("--seed", type=int, default=0, help="seed of the design")
+    run.add_argument(
+        "--around",
+        type=int,
+        choices=(1, 2, 3),
+        default=None,
+        metavar="CHAMBER",
+        help="paths near this chamber alone, the two others up to their largest pressures",
+    )
     run.add_argument(
         "--end-compliance-mm-per-n",
         type=not_negative,

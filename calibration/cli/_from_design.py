@@ -65,6 +65,7 @@ def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
 def _design(options: argparse.Namespace, command: str) -> int:
     from calibration.from_design import StageError, calibrate, report
     from calibration.sweep import RunError
+    from calibration.sweep.path_file import PathFileError
     from rodmodel.io import write_atomically
 
     task = _task(options, command)
@@ -77,7 +78,7 @@ def _design(options: argparse.Namespace, command: str) -> int:
         found = calibrate(task, say)
     except StageError as error:
         return complain(f"rodmodel-calibrate design: {error}; nothing written", NOT_CONVERGED)
-    except (RunError, OSError) as error:
+    except (RunError, PathFileError, OSError) as error:
         raise BadInputError(
             f"--run: got {task.directory} ({error}), expected a directory for this run"
         ) from error
@@ -129,7 +130,6 @@ def _tell(found: "Findings", options: argparse.Namespace, page: Path) -> None:
     if options.json:
         print(json_text({"file": options.out, "report": str(page), **record}))
         return
-    short = [bar["name"] for bar in found.bars if not bar["met"]]
-    reached = "all bars are met" if not short else f"short of its bar: {', '.join(short)}"
+    reached = "all bars are met" if not found.short else f"short of its bars: {', '.join(found.short)}"
     print(f"{options.out}: the calibration of {found.task.design.name}; {reached}")
     print(f"{page}: the report")

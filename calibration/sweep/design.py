@@ -26,6 +26,8 @@ _OVER = 1.1  # stretch of a range about its middle before clipping, so that some
 ROUNDS = 2  # rounds of the named directions, if every path has its own winding
 # Stretch of the triangle of pressure shares about its centre; points outside are moved to an edge.
 _STRETCH = 1.2
+# Paths around a chamber end at most this share below its largest pressure.
+_LEAST_OF_CHAMBER = 0.2
 
 Role = Literal["train", "held-out"]
 Vector = NDArray[np.float64]
@@ -106,6 +108,38 @@ def design_paths(
         if orientations is not None:
             own = orientations[0] + (orientations[1] - orientations[0]) * next(psi[role])
         paths.append(LoadingPath(f"{index:03d}-{role}-{kind}", role, loads, own))
+    return tuple(paths)
+
+
+def paths_around(
+    domain: Domain, chamber: int, number: int, seed: int, pressure_step: float
+) -> tuple[LoadingPath, ...]:
+    """Draw loading paths in the neighbourhood of one chamber alone.
+
+    The first goes along it. The others end near its largest pressure, with random ones in the two others;
+    every second of them has moments on the way, and every fifth is held out.
+
+    Parameters
+    ----------
+    domain : domain of the loads; the largest pressures of the two others bound the neighbourhood.
+    chamber : number of the chamber, from 1.
+    number, seed, pressure_step : see `design_paths`; half of the step on the path along the chamber.
+    """
+    rng = np.random.default_rng([seed, 2, chamber])
+    own, none = np.eye(3)[chamber - 1], np.zeros(3)
+    paths = []
+    for index in range(number):
+        role: Role = "held-out" if index % HELD_OUT_EVERY == HELD_OUT_EVERY - 1 else "train"
+        share = np.where(own > 0.0, 1.0 - _LEAST_OF_CHAMBER * rng.random(), rng.random(3))
+        limit = edge(domain, own if index == 0 else share * np.asarray(domain.pressure_max))
+        if index == 0:
+            kind, step, waypoints = "named", _NAMED_STEP, [(limit, none)]
+        elif index % 2:
+            kind, step, waypoints = "free", 1.0, [(limit, none)]
+        else:
+            kind, step, waypoints = "mixed", 1.0, _mixture(domain, rng, limit)
+        loads = _walk(waypoints, step * pressure_step, np.asarray(domain.moment_axes) / MOMENT_STEPS)
+        paths.append(LoadingPath(f"{index:03d}-{role}-{kind}", role, loads))
     return tuple(paths)
 
 

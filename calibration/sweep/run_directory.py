@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from calibration.provenance import code_version, today
-from calibration.sweep.design import ROUNDS, LoadingPath, design_paths
+from calibration.sweep.design import ROUNDS, LoadingPath, design_paths, paths_around
 from calibration.sweep.run_schema import RUN_KEYS
 from fem_reference import (
     ActuatorGeometry,
@@ -56,6 +56,8 @@ class RunPlan:
     """See `PeriodCell` [m/N]."""
     orientations: tuple[float, float] | None = None
     """Range of ψ [rad] from which each path draws its own orientation; the winding's ψ is then ignored."""
+    around: int | None = None
+    """Number of the chamber in whose neighbourhood all paths lie."""
 
     def __post_init__(self) -> None:
         if any(self.geometry.outer_wall_variation):
@@ -97,15 +99,19 @@ class RunPlan:
 
     def design(self) -> tuple[LoadingPath, ...]:
         """Return the loading paths in the order in which to run them."""
+        if self.around is not None:
+            return paths_around(self.domain, self.around, self.paths, self.seed, self.pressure_step)
         return design_paths(
             self.domain, self.paths, self.seed, self.pressure_step, self.mirror, self.orientations
         )
 
     def description(self) -> dict[str, Any]:
         """Return the plan for JSON, for the run directory and the dataset's attributes."""
-        own = {}
+        own: dict[str, Any] = {}
         if self.orientations is not None:
             own = {"orientations": list(self.orientations), "rounds": ROUNDS}
+        if self.around is not None:
+            own["around"] = self.around
         lengths = asdict(self.geometry)
         del lengths["outer_wall_variation"]
         return {

@@ -58,6 +58,7 @@ RUN_KEYS: Mapping[str, Kind] = {
     "layout": OneOf(tuple(_WOUND)),
     "winding": _WINDING,
     "orientations": Numbers(-100.0, 100.0, "rad", (2,), optional=True),
+    "around": Numbers(1, 3, whole=True, optional=True),
     "geometry": _GEOMETRY,
     "body_area_m2": Numbers(1e-12, 100.0, "m²"),
     "end_compliance": Numbers(0.0, 1e3, "m/N"),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from calibration.sweep import design_paths, inside
-from calibration.sweep.design import MOMENT_STEPS, edge
+from calibration.sweep.design import MOMENT_STEPS, edge, paths_around
 from rodmodel import Domain
 
 DOMAIN = Domain((70e3, 50e3, 50e3), 100e3, 2e-3, 1e-3)
@@ -115,3 +115,19 @@ def test_paths_on_windings_of_their_own_spread_evenly_over_the_orientations():
     # Of each of two rounds, and of paths whose shares fall to one chamber.
     assert len({path.psi for path in singles}) >= 6
     assert all(path.psi is None for path in design_paths(DOMAIN, 12, seed=3, pressure_step=STEP))
+
+
+def test_paths_around_a_chamber_end_near_its_largest_pressure_with_little_in_the_others():
+    domain = Domain((16e3, 72e3, 16e3), 100e3, 3e-3, 1.5e-3)
+    paths = paths_around(domain, 2, 30, seed=0, pressure_step=8e3)
+    assert [path.role for path in paths] == (["train"] * 4 + ["held-out"]) * 6
+    ends = np.array([path.loads[-1].pressure for path in paths])
+    np.testing.assert_allclose(ends[0], [0.0, 72e3, 0.0])
+    assert ends[:, 1].min() > 0.79 * 72e3
+    assert ends[:, [0, 2]].max() > 12e3
+    for path in paths:
+        pressure, moment = (np.array([getattr(x, key) for x in path.loads]) for key in ("pressure", "moment"))
+        assert inside(domain, pressure, moment).all()
+        assert np.abs(np.diff(pressure, axis=0, prepend=0.0)).max() <= 8e3 * (1.0 + 1e-9)
+        assert moment.any() == ("mixed" in path.name)
+    assert paths_around(domain, 2, 7, seed=0, pressure_step=8e3) == paths[:7]

@@ -2,6 +2,9 @@
 
 import argparse
 import json
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +13,7 @@ from calibration.cli._files import read_truth
 
 if TYPE_CHECKING:
     from calibration.truth.cases import TruthCase
+    from calibration.truth.snapped_states import SnappedState
 
 _ROWS = {
     "tip_percent": "tip, % of length",
@@ -113,11 +117,14 @@ def _judge(options: argparse.Namespace, command: str) -> int:
     from calibration.report.all_layouts import coverage_rows
     from calibration.truth.compare_rods import compare_with_truth, judgement
     from calibration.truth.error_bounds import coverage_by
+    from calibration.truth.snapped_states import compare_snapped
 
-    verdict = compare_with_truth(read_truth(options.truth))
+    truth = read_truth(options.truth)
+    verdict = compare_with_truth(truth)
     found, shares = judgement(verdict, options.role), coverage_by(verdict, options.role)
+    snapped = compare_snapped(truth) if options.role == "judge" else ()
     if options.json:
-        print(json.dumps({**found, "coverage": shares}))
+        print(json.dumps({**found, "coverage": shares, "snapped": [asdict(state) for state in snapped]}))
         return _status(found, options)
     print(
         f"{found['judged']} of {found['states']} states of {options.role} runs are inside the rods' domains"
@@ -138,7 +145,24 @@ def _judge(options: argparse.Namespace, command: str) -> int:
             print(f"{name:44s} {kept['states']:6d} " + " ".join(f"{cell:>7s}" for cell in cells))
     if "median_bound_below_30_kpa_deg" in shares:
         print(f"median bound of the angle below 30 kPa: {shares['median_bound_below_30_kpa_deg']:.2f} deg")
+    _print_snapped(snapped)
     return _status(found, options)
+
+
+def _print_snapped(states: "Sequence[SnappedState]") -> None:
+    if not states:
+        return
+    print(
+        f"\n{'after a snap':28s} {'kPa':>6s} {'angle':>7s} {'rod':>7s} {'plane':>7s} {'rod':>7s} {'tip':>7s}"
+    )
+    for state in states:
+        angle, plane = math.degrees(state.angle), math.degrees(state.plane)
+        rod_angle = angle + math.degrees(state.angle_error)
+        rod_plane = plane + math.degrees(state.plane_error)
+        print(
+            f"{state.case:28s} {1e-3 * max(state.pressure):6.1f} {angle:7.1f} {rod_angle:7.1f} "
+            f"{plane:7.1f} {rod_plane:7.1f} {100.0 * state.tip:5.1f} %"
+        )
 
 
 def _status(found: dict[str, Any], options: argparse.Namespace) -> int:

@@ -3,9 +3,11 @@
 import multiprocessing
 import os
 import signal
+import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from multiprocessing import connection
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
 from typing import Literal
@@ -160,15 +162,23 @@ def _begun(case: TruthCase, directory: Path, level: Level, task: Task) -> SpawnP
 
 def _trace(case: TruthCase, directory: Path, level: Level, command: str, design: Design) -> None:
     """Trace one case in a process; its states are on file, and why it ended early."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     prepare_process()
     try:
         for _ in trace(case, directory, level, command, design):
-            if os.getppid() == 1:
-                return
+            pass
     except ActuatorError as error:
         write_atomically(_failure(directory, case), f"{error}")
     except RunError as error:
         raise SystemExit(f"actuator runs: {error}") from error
+
+
+def _end_with_parent() -> None:
+    """End this process when its parent is gone, even killed."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    connection.wait([parent.sentinel])
+    os._exit(1)
 
 
 def _failure(directory: Path, case: TruthCase) -> Path:

@@ -49,6 +49,12 @@ class Findings:
     notes: Sequence[str]
     figures: Path
 
+    @property
+    def short(self) -> list[str]:
+        """What is short of its bar, or not known."""
+        unknown = [] if self.judged.get("judged") else ["judge runs, none of which lies in the domain"]
+        return [bar["name"] for bar in self.bars if not bar["met"]] + unknown
+
     def record(self) -> dict[str, Any]:
         """Return the findings for JSON, in kPa and degrees."""
         domain = self.calibration.domain
@@ -72,7 +78,7 @@ class Findings:
             "error": dict(self.calibration.error),
             "judge": dict(self.judged),
             "bars": [dict(bar) for bar in self.bars],
-            "bars_met": all(bar["met"] for bar in self.bars),
+            "bars_met": not self.short,
             "notes": list(self.notes),
         }
 

@@ -110,8 +110,12 @@ def _angles(
     design: Design, level: Level, compliance: float, pressures: Sequence[tuple[float, float, float]]
 ) -> tuple[tuple[float, ...], float]:
     """Return the angles at some pressures, and the median time of a state."""
-    cell = PeriodCell.of(design, level, compliance)
     angles, seconds = [], []
+    try:
+        cell = PeriodCell.of(design, level, compliance)
+    except ValueError:
+        # No mesh of these counts.
+        return (math.nan,) * len(pressures), math.nan
     for pressure in pressures:
         bend, clock = math.nan, time.monotonic()
         try:

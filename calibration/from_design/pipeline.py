@@ -85,12 +85,11 @@ class _Begun:
 
 
 def _calibrate(task: Task, say: Say, iterations: int, stages: Stages) -> Findings:
-    begun = _begin(task, say, stages)
-    near, notes = near_laws(task.design), begun.notes
+    near = near_laws(task.design)
     if near and near[0].distance < _SIMILAR:
-        notes.append(
-            f"The design is similar to that of {near[0].title}: `rodmodel-calibrate scale` gives its law for nothing."
-        )
+        say(f"similar to {near[0].title}: `rodmodel-calibrate scale` gives the law of that for nothing")
+    begun = _begin(task, say, stages)
+    notes = begun.notes
     stages.begin("sweep")
     planned = _planned(task, begun, say)
     stages.expect("sweep", planned["seconds"])
@@ -160,7 +159,7 @@ def _begin(task: Task, say: Say, stages: Stages) -> _Begun:
         f"{percent['two_chambers_percent']:.2f} % (two)"
     )
     if not task.budget.converged and task.meshes is None:
-        say("mesh: a budget of 1h or more has the mesh near its limit")
+        say("mesh: coarse, as budgets below 1h have no time for the mesh near its limit")
     stages.begin("actuator runs")
     cases = cases_for(task, domain)
     try:
@@ -196,7 +195,12 @@ def _meshes(task: Task, domain: Domain) -> MeshCheck:
     record = kept(
         task.directory, "mesh", inputs, lambda: check_meshes(task.design, domain, levels, compliance).record()
     )
-    return MeshCheck.of(record)
+    found = MeshCheck.of(record)
+    if not all(map(math.isfinite, (*found.sweep, found.seconds))):
+        raise StageError(
+            f"mesh: the cell did not converge on {level_title(levels.sweep)} at three quarters of the range"
+        )
+    return found
 
 
 def _planned(task: Task, begun: _Begun, say: Say) -> dict[str, Any]:
@@ -252,6 +256,7 @@ def _about(task: Task) -> dict[str, Any]:
 
 def _origin(task: Task, begun: _Begun, planned: dict[str, Any]) -> dict[str, Any]:
     """Return what the calibration's provenance tells beside fit, ends and bound."""
+    percent = mesh_percent(begun.mesh)
     return {
         "from_design": {
             **_about(task),
@@ -263,7 +268,7 @@ def _origin(task: Task, begun: _Begun, planned: dict[str, Any]) -> dict[str, Any
             "mesh_check": {
                 **begun.mesh.record(),
                 "meshes": [level_record(level) for level in (task.levels.sweep, task.levels.finer)],
-                **mesh_percent(begun.mesh),
+                **{key: value if math.isfinite(value) else None for key, value in percent.items()},
             },
             "paths": planned["paths"],
         }

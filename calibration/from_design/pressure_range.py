@@ -99,7 +99,7 @@ def find_range(task: Task) -> tuple[PathEnd, ...]:
     Raises
     ------
     StageError
-        If the cell gives way at the first step of a path.
+        If there is no mesh of the cell, or it gives way at the first step of a path.
     """
     compliance, level = first_compliance(task.design), task.levels.first
     common = {
@@ -112,7 +112,10 @@ def find_range(task: Task) -> tuple[PathEnd, ...]:
 
     def follow_one(chambers: tuple[int, ...]) -> dict[str, Any]:
         if not cell:
-            cell.append(PeriodCell.of(task.design, level, compliance))
+            try:
+                cell.append(PeriodCell.of(task.design, level, compliance))
+            except ValueError as error:
+                raise StageError(f"range: {error}") from error
         return path_end(
             lambda loads, start: follow(cell[0], loads, start=start, jumps=False),
             chambers,

@@ -31,3 +31,5 @@ from calibration.truth.mesh_limits import MeshLimits as MeshLimits
 from calibration.truth.mesh_limits import MeshRatio as MeshRatio
 from calibration.truth.mesh_limits import load_limits as load_limits
 from calibration.truth.mesh_limits import save_limits as save_limits
+from calibration.truth.snapped_states import SnappedState as SnappedState
+from calibration.truth.snapped_states import compare_snapped as compare_snapped

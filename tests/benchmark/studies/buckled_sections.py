@@ -35,7 +35,7 @@ def draw(axes: Axes, cell: PeriodCell, state: CellState, title: str) -> None:
     plane = np.degrees(np.arctan2(u1, -u2)) % 360.0
     where = "" if angle < 1.0 else f"\n{angle:.0f}°, plane {plane:.0f}°"
     axes.set_title(f"{title}{where}", fontsize=9)
-    axes.set(xlim=(-7.5, 7.5), ylim=(-7.0, 9.5), aspect="equal")
+    axes.set(xlim=(-8.7, 7.3), ylim=(-7.0, 9.0), aspect="equal")
     axes.axis("off")
 
 

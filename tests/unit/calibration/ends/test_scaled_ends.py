@@ -1,4 +1,4 @@
-"""Ends of another actuator: those of a similar one are found as well, and scaled; its cells are of its design."""
+"""Ends of another actuator: those of a similar one are found, scaled; its cells are of its design."""
 
 import numpy as np
 import pytest

@@ -84,25 +84,16 @@ def test_states_outside_of_the_domain_do_not_count():
     assert found["tip_percent"]["median"] == pytest.approx(100.0 * 1e-4 / LENGTH)
 
 
+def with_error(free):
+    return replace(OWN, error={"free_bending_angle_rad": free})
+
+
 def test_a_bar_is_met_or_not():
     """Held out, 1 % of the range or one degree, whichever is more; of tips 1.5 and 3 % of the length."""
     free = {"p95": np.deg2rad(1.2), "range": np.deg2rad(130.0)}
     judged = {"tip_percent": {"median": 1.4, "worst": 3.1}}
-    rows = bars(replace_error(free), judged)
+    rows = bars(with_error(free), judged)
     assert [row["met"] for row in rows] == [True, True, False]
     assert rows[0]["bar"] == pytest.approx(1.3)
-    short = bars(replace_error(free | {"range": np.deg2rad(90.0)}), {})
+    short = bars(with_error(free | {"range": np.deg2rad(90.0)}), {})
     assert [row["met"] for row in short] == [False]
-
-
-def replace_error(free):
-    from rodmodel import Calibration
-
-    return Calibration(
-        layout=OWN.layout,
-        actuator=OWN.actuator,
-        law=OWN.law,
-        domain=OWN.domain,
-        error={"free_bending_angle_rad": free},
-        provenance={},
-    )

@@ -1,0 +1,99 @@
+"""Rods on their snapped branches against runs of the full actuator that jumped."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from calibration.truth.cases import layout_of
+from calibration.truth.dataset import case_of
+from rodmodel import Branch, Branches, CalibrationNotFoundError, load_branches
+
+# A bending plane this far from the chamber's own is that of an actuator that has snapped a second time [rad].
+_TWICE = math.radians(45.0)
+
+
+@dataclass(frozen=True)
+class SnappedState:
+    """A state of the full actuator after a jump, and the rod's.
+
+    Parameters
+    ----------
+    case, pressure : run and pressures [Pa].
+    branch : branch of the rod.
+    angle, plane : θ and γ of the actuator [rad].
+    angle_error, plane_error : of the rod, with their signs [rad].
+    tip : distance of the tips over the body's length.
+    in_domain : whether the pressures are in the branch's domain.
+    """
+
+    case: str
+    pressure: tuple[float, float, float]
+    branch: Branch
+    angle: float
+    plane: float
+    angle_error: float
+    plane_error: float
+    tip: float
+    in_domain: bool
+
+
+def compare_snapped(truth: xr.Dataset) -> tuple[SnappedState, ...]:
+    """Solve the snapped rods of the shipped calibrations at the truth's states after a jump.
+
+    The side is that of the actuator. States that have snapped a second time, far aside, and windings whose
+    calibration knows no snapped branch are left out.
+
+    Parameters
+    ----------
+    truth : dataset of `gather`.
+    """
+    names = truth["case"].values
+    found = []
+    for case in dict.fromkeys(map(str, names)):
+        rows = np.flatnonzero(names == case)
+        jumped = np.maximum.accumulate(truth["jumped"].values[rows] != 0)
+        branches = _branches(case) if jumped.any() else None
+        if branches is None:
+            continue
+        for row in rows[jumped]:
+            state = _compared(truth.isel(state=int(row)), case, branches)
+            if state is not None:
+                found.append(state)
+    return tuple(found)
+
+
+def _branches(case: str) -> Branches | None:
+    layout = layout_of(case_of(case).winding)
+    try:
+        return load_branches(layout.name, layout.psi or 0.0, layout.pitch)
+    except CalibrationNotFoundError:
+        return None
+
+
+def _compared(state: xr.Dataset, case: str, branches: Branches) -> SnappedState | None:
+    pressure = state["pressure"].values
+    angle, plane = float(state["bending_angle"]), float(state["bending_plane"])
+    chamber = int(np.argmax(pressure)) + 1
+    aside = math.remainder(plane - 2.0 * math.pi / 3.0 * (chamber - 1), 2.0 * math.pi)
+    branch = Branch(chamber, 1 if aside > 0.0 else -1)
+    if branch not in branches.snapped or abs(aside) > _TWICE:
+        return None
+    rod = branches.rod(branch)
+    solution = rod.solve(
+        pressure, tip_force=state["tip_force"].values, gravity=state["gravity"].values, throw=False
+    )
+    way = solution.tip_position - state["tip_position"].values
+    first, second, third = pressure.tolist()
+    return SnappedState(
+        case=case,
+        pressure=(first, second, third),
+        branch=branch,
+        angle=angle,
+        plane=plane,
+        angle_error=float(solution.bending_angle) - angle,
+        plane_error=math.remainder(float(solution.bending_plane) - plane, 2.0 * math.pi),
+        tip=float(np.linalg.norm(way)) / float(rod.actuator.body_length),
+        in_domain=bool(solution.in_domain),
+    )

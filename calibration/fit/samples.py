@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Bool, Float
 
-from calibration.fit.upright import stood_upright
+from calibration.fit.upright import leaned_over, stood_upright
 
 Floats = Float[np.ndarray, "..."]
 
@@ -54,7 +54,8 @@ def loading_samples(dataset: xr.Dataset) -> Samples:
     """Return the states on the loading branch: those of each path before it becomes unstable or jumps.
 
     A real section is never at an unstable state, and after a jump the same loads have another solution.
-    Sections that give way sideways are made to stand, see `stood_upright`.
+    Sections that give way sideways are made to stand, see `stood_upright`; those that lean over though they
+    are held have left the branch too, see `leaned_over`.
     """
     gradient, hessian = stood_upright(
         np.concatenate([dataset["moment"].values, -dataset["volume"].values], axis=1),
@@ -73,7 +74,8 @@ def loading_samples(dataset: xr.Dataset) -> Samples:
         path=dataset["path"].values,
         held_out=dataset["role"].values == "held-out",
     )
-    return everything.where(on_loading_branch(dataset, everything.path))
+    leaned = leaned_over(dataset["hessian"].values, dataset["held"].values != 0, everything.path)
+    return everything.where(on_loading_branch(dataset, everything.path) & ~leaned)
 
 
 def on_loading_branch(dataset: xr.Dataset, path: np.ndarray) -> Bool[np.ndarray, " states"]:

@@ -15,6 +15,8 @@ from jaxtyping import Bool, Float
 UPRIGHT = 0.5
 # Share of a section's softest direction that lies across its bending plane, above which it is lateral.
 _ACROSS = 0.8
+# Growth of the softness, relative to the median stiffness, that tells of folded walls.
+_STIFFER = 0.1
 # Curvature below which a section has no bending plane [1/m].
 _STRAIGHT = 1.0
 
@@ -54,6 +56,30 @@ def stood_upright(
             hessian[n, :3, 3:] -= coupling
             hessian[n, 3:, :3] -= coupling.T
     return gradient, hessian
+
+
+def leaned_over(
+    hessian: Float[np.ndarray, "n 6 6"], held: Bool[np.ndarray, " n"], path: np.ndarray
+) -> Bool[np.ndarray, " n"]:
+    """Return which states beyond the cell's loss of stability have leaned over, though they were held.
+
+    On the way up an upright section becomes softer and softer sideways. One that was soft and is stiffer
+    again has walls that have folded; so have the states after it.
+
+    Parameters
+    ----------
+    hessian, held : see `stood_upright`.
+    path : name of each state's path; a path's states are in order.
+    """
+    value = np.linalg.eigvalsh(hessian[:, :3, :3])
+    softness = value[:, 0] / np.median(value, axis=1)
+    leaned = np.zeros(len(held), dtype=bool)
+    for name in np.unique(path[held]):
+        rows = np.flatnonzero((path == name) & held)
+        least = np.minimum.accumulate(softness[rows])
+        again = (least < UPRIGHT) & (softness[rows] > least + _STIFFER)
+        leaned[rows] = np.maximum.accumulate(again)
+    return leaned
 
 
 def _lateral(direction: Float[np.ndarray, "n 3"], curvature: Float[np.ndarray, "n 3"]) -> np.ndarray:

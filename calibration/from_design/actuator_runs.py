@@ -35,6 +35,8 @@ from rodmodel.io import write_atomically
 
 # Pressures of fit and judge runs, as shares of the domain's. No load has both roles.
 _FIT, _JUDGE = (0.25, 0.5, 0.75, 0.95), (0.2, 0.45, 0.7, 0.92)
+#: Largest share of the budget that the runs take; those that are not done by then end early.
+SHARE = 0.4
 _POLL = 0.5  # [s]
 _END = 5.0  # time for a process to end before it is killed [s]
 
@@ -47,9 +49,9 @@ def cases_for(task: Task, domain: Domain) -> tuple[TruthCase, ...]:
     design, mirror = task.design, task.design.winding.mirror_symmetric
     ways: list[tuple[str, Literal["fit", "judge"], tuple[float, float, float]]] = [
         ("chamber1", "fit", (1.0, 0.0, 0.0)),
+        ("chambers23", "judge", (0.0, 1.0, 1.0)),
         ("chambers12", "fit", (1.0, 1.0, 0.0)),
         ("chamber2", "judge", (0.0, 1.0, 0.0)),
-        ("chambers23", "judge", (0.0, 1.0, 1.0)),
     ]
     if task.budget.thorough:
         ways += [
@@ -95,10 +97,14 @@ def run_actuators(task: Task, cases: Sequence[TruthCase]) -> tuple[xr.Dataset, d
     loads = [[list(load.pressure) for load in case.loads] for case in cases]
     inputs = {"design": design_text(task.design), "mesh": level_record(level), "loads": loads}
     directory = task.directory / f"actuator-{key_of(inputs)}"
-    pending = [case for case in cases if not _is_over(directory, case)]
+    limit = SHARE * task.budget.seconds
+    pending = [case for case in cases if not _is_over(directory, case, limit)]
     if pending:
-        _trace_all(task, pending, directory, level)
+        _trace_all(task, pending, directory, level, limit)
     failed = {case.name: file.read_text() for case in cases if (file := _failure(directory, case)).exists()}
+    for case in cases:
+        if case.name not in failed and _states(directory, [case]) < len(case.loads):
+            failed[case.name] = f"there was no more time after {limit:.0f} s"
     try:
         return gather(directory, cases, task.design), failed
     except TruthError as error:
@@ -106,8 +112,9 @@ def run_actuators(task: Task, cases: Sequence[TruthCase]) -> tuple[xr.Dataset, d
         raise StageError(f"actuator runs: {why or error}") from error
 
 
-def _trace_all(task: Task, pending: Sequence[TruthCase], directory: Path, level: Level) -> None:
-    waiting, team = list(pending), dict[str, SpawnProcess]()
+def _trace_all(task: Task, pending: Sequence[TruthCase], directory: Path, level: Level, limit: float) -> None:
+    """Trace cases in processes until they are done, or a time is over [s]."""
+    waiting, team, begun = list(pending), dict[str, SpawnProcess](), time.monotonic()
     counted = _states(directory, pending)
     with progress_bar(sum(len(case.loads) for case in pending), "states") as advance, _ended(team):
         advance(counted, "actuator")
@@ -116,6 +123,10 @@ def _trace_all(task: Task, pending: Sequence[TruthCase], directory: Path, level:
                 case = waiting.pop(0)
                 team[case.name] = _begun(case, directory, level, task)
             time.sleep(_POLL)
+            if time.monotonic() - begun > limit:
+                for case in [*waiting, *(case for case in pending if case.name in team)]:
+                    write_atomically(_out_of_time(directory, case), f"{limit}")
+                return
             now = _states(directory, pending)
             advance(now - counted, ", ".join(team))
             counted = now
@@ -185,10 +196,18 @@ def _failure(directory: Path, case: TruthCase) -> Path:
     return directory / f"{case.name}.failed.txt"
 
 
+def _out_of_time(directory: Path, case: TruthCase) -> Path:
+    """File with the time after which a run was ended [s]: only a longer one goes on with it."""
+    return directory / f"{case.name}.time.txt"
+
+
 def _states(directory: Path, cases: Sequence[TruthCase]) -> int:
     return sum(len(list((directory / case.name).glob("step_*.json"))) for case in cases)
 
 
-def _is_over(directory: Path, case: TruthCase) -> bool:
-    """Whether a run has all its states, or ended early."""
+def _is_over(directory: Path, case: TruthCase, limit: float) -> bool:
+    """Whether a run has all its states, or ended early: by itself, or after that much time [s] or more."""
+    late = _out_of_time(directory, case)
+    if late.exists() and float(late.read_text()) >= limit:
+        return True
     return _failure(directory, case).exists() or _states(directory, [case]) >= len(case.loads)

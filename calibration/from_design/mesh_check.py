@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from calibration.from_design.task import Level, Meshes
+from calibration.from_design.task import Level, Meshes, level_title
+from calibration.progress import progress_bar
 from fem_reference import CellError, Design, Load, PeriodCell, follow, level_record
 from rodmodel import Domain
 
@@ -94,7 +95,13 @@ def check_meshes(design: Design, domain: Domain, meshes: Meshes, compliance: flo
             known[name] = _angles(design, level, compliance, pressures)
         return known[name]
 
-    (sweep, seconds), (finer, _), (actuator, _) = map(on, (meshes.sweep, meshes.finer, meshes.actuator))
+    found = []
+    with progress_bar(3, "meshes") as advance:
+        for level in (meshes.sweep, meshes.finer, meshes.actuator):
+            advance(0, level_title(level))
+            found.append(on(level))
+            advance(1, level_title(level))
+    (sweep, seconds), (finer, _), (actuator, _) = found
     return MeshCheck(pressures, sweep, finer, actuator, seconds)
 
 

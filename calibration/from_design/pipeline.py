@@ -10,7 +10,7 @@ from typing import Any
 import xarray as xr
 
 from calibration.fit import deviations, loading_samples, prepare
-from calibration.from_design.actuator_runs import cases_for, run_actuators
+from calibration.from_design.actuator_runs import SHARE, cases_for, run_actuators
 from calibration.from_design.ends_stage import end_compliance, ends_of, with_ends
 from calibration.from_design.findings import Findings, mesh_percent
 from calibration.from_design.fit_stage import ITERATIONS, fitted
@@ -216,7 +216,8 @@ def _planned(task: Task, begun: _Begun, say: Say) -> dict[str, Any]:
     }
 
     def chosen() -> dict[str, Any]:
-        others = _FIT * task.budget.seconds + _RUNS * first / task.workers
+        runs = min(_RUNS * first / task.workers, SHARE * task.budget.seconds)
+        others = _FIT * task.budget.seconds + runs
         seconds = max(0.9 * task.budget.seconds - others, _SWEEP * task.budget.seconds)
         paths = paths_within(plan, begun.mesh.seconds, seconds, task.workers)
         states = sum(len(path.loads) for path in replace(plan, paths=paths).design())

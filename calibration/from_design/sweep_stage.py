@@ -16,6 +16,7 @@ from calibration.sweep import (
     RunPlan,
     SweepError,
     build_dataset,
+    load_dataset,
     open_run,
     run_sweep,
     save_dataset,
@@ -86,11 +87,23 @@ def sweep(
     except (SweepError, DatasetError) as error:
         raise StageError(f"sweep: {error}") from error
     file = directory / "dataset.nc"
-    save_dataset(dataset, file)
+    # Its attributes name each command that went on with the run; the law is that of a file's checksum.
+    if not _holds(file, dataset):
+        save_dataset(dataset, file)
     failed = {
         name: str(record.end["failure"]) for name, record in records.items() if record.end and record.failed
     }
     return dataset, file, failed
+
+
+def _holds(file: Path, dataset: xr.Dataset) -> bool:
+    """Whether a file has these states."""
+    if not file.exists():
+        return False
+    try:
+        return bool(load_dataset(file).equals(dataset))
+    except DatasetError:
+        return False
 
 
 def expected_errors(known: list[Calibration]) -> list[dict[str, Any]]:

@@ -19,6 +19,8 @@ Trace = Callable[[Sequence[Load], CellState | None], Iterator[CellState]]
 
 # Directions softer than this fraction of the median stiffness are those in which the section gives way.
 SOFT = 0.25
+# Growth of the softness, relative to the median stiffness, that tells of folded walls.
+_STIFFER = 0.1
 # Steps at imposed curvature for one of the path's: the curvature is foreseen, and not corrected.
 STEPS = 4
 # Changes of (u, p) in the plane of symmetry: the projection on them.
@@ -94,9 +96,13 @@ def only_gives_way(state: CellState) -> bool:
 
 
 def _leaned_over(before: CellState, after: CellState) -> bool:
-    """Whether walls have snapped to one side: a section that gave way more and more is stiffer again."""
-    softest, now = (float(np.linalg.eigvalsh(state.hessian[:3, :3])[0]) for state in (before, after))
-    return softest < min(now, 0.0)
+    """Whether walls have folded to one side: a section that gave way more and more is stiffer again."""
+    softness = []
+    for state in (before, after):
+        value = np.linalg.eigvalsh(state.hessian[:3, :3])
+        softness.append(float(value[0] / np.median(value)))
+    first, now = softness
+    return first < SOFT and now > first + _STIFFER
 
 
 def foreseen_curvature(state: CellState, load: Load) -> tuple[float, float, float]:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from calibration.fit.upright import UPRIGHT, stood_upright
+from calibration.fit.upright import UPRIGHT, leaned_over, stood_upright
 
 
 def state(softest: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -75,3 +75,12 @@ def test_a_section_that_is_soft_in_its_plane_or_straight_is_as_it_was(curvature)
         np.zeros((1, 6)), hessian, np.zeros((1, 3)), np.array([False]), np.array([curvature])
     )
     np.testing.assert_array_equal(matrix, hessian)
+
+
+def test_held_states_after_the_section_is_stiffer_again_have_leaned_over():
+    softness = np.array([0.7, 0.45, 0.3, -0.2, 0.9, 0.2, 0.45, 0.42, 0.6])
+    hessian = np.stack([np.diag([x, 1.0, 1.5, -1.0, -1.0, -1.0]) for x in softness])
+    held = np.array([0, 1, 1, 1, 1, 1, 1, 1, 0], dtype=bool)
+    path = np.array(["a"] * 6 + ["b"] * 3)
+    found = leaned_over(hessian, held, path)
+    np.testing.assert_array_equal(found, [0, 0, 0, 0, 1, 1, 0, 0, 0])

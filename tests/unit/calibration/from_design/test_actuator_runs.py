@@ -52,7 +52,7 @@ def test_what_is_on_file_is_not_run_again(tmp_path, monkeypatch):
     ]
     begun = []
 
-    def trace_all(task, pending, directory, level):
+    def trace_all(task, pending, directory, level, limit):
         begun.extend(case.name for case in pending)
         for case in pending:
             directory.mkdir(parents=True, exist_ok=True)
@@ -63,6 +63,32 @@ def test_what_is_on_file_is_not_run_again(tmp_path, monkeypatch):
         with pytest.raises(StageError, match="one: no step; two: no step"):
             stage.run_actuators(task, cases)
     assert begun == ["one", "two"]
+
+
+def test_a_run_out_of_time_goes_on_with_a_longer_budget_alone(tmp_path, monkeypatch):
+    """With the time of the first one it is over, and told."""
+    cases = [TruthCase("one", "fit", DoubleHelix(), (ActuatorLoad((1e3, 0.0, 0.0)),))]
+    limits = []
+
+    def trace_all(task, pending, directory, level, limit):
+        limits.append(limit)
+        directory.mkdir(parents=True, exist_ok=True)
+        stage._out_of_time(directory, pending[0]).write_text(f"{limit}")
+
+    monkeypatch.setattr(stage, "_trace_all", trace_all)
+    for budget in (600.0, 600.0, 1200.0):
+        with pytest.raises(StageError, match="one: there was no more time after"):
+            stage.run_actuators(task_in(tmp_path, budget), cases)
+    assert limits == [0.4 * 600.0, 0.4 * 1200.0]
+
+
+@pytest.mark.slow
+def test_runs_end_with_their_time(tmp_path):
+    """A load that no process reaches in a second ends early, within the time that ends a process."""
+    task = task_in(tmp_path)
+    case = TruthCase("one", "fit", DoubleHelix(), (ActuatorLoad((50e3, 0.0, 0.0)),))
+    stage._trace_all(task, [case], tmp_path / "runs", TINY, 1.0)
+    assert (tmp_path / "runs" / "one.time.txt").read_text() == "1.0"
 
 
 @pytest.mark.slow

@@ -7,6 +7,7 @@ import pytest
 
 from calibration.from_design import Budget, Meshes, Task
 from calibration.from_design.sweep_stage import expected_errors, paths_within, plan_of, sweep
+from calibration.sweep import load_dataset
 from fem_reference import Design
 from rodmodel import Domain, shipped_calibrations
 from tests.fem_fixtures import TINY
@@ -42,11 +43,17 @@ def test_a_sweep_goes_on_with_its_files(tmp_path):
     task = task_in(tmp_path)
     first, file, failed = sweep(task, plan_of(task, DOMAIN, 0.2e-3, 2), ManufacturedTracer())
     before = {path: path.read_text() for path in file.parent.glob("paths/*")}
+    checksum = file.read_bytes()
     assert not failed
     assert len(before) == 2
     # A cell that fails would not be asked for what is on file.
-    again, _, _ = sweep(task, plan_of(task, DOMAIN, 0.2e-3, 2), ManufacturedTracer(fails_beyond=0.0))
+    other = replace(task, command="another command")
+    again, _, _ = sweep(other, plan_of(task, DOMAIN, 0.2e-3, 2), ManufacturedTracer(fails_beyond=0.0))
     assert again.equals(first)
+    assert file.read_bytes() == checksum
+    file.write_bytes(checksum[:1000])
+    sweep(task, plan_of(task, DOMAIN, 0.2e-3, 2), ManufacturedTracer(fails_beyond=0.0))
+    assert load_dataset(file).equals(first)
     more, _, _ = sweep(task, plan_of(task, DOMAIN, 0.2e-3, 3), ManufacturedTracer())
     assert more.sizes["state"] > first.sizes["state"]
     assert {path: path.read_text() for path in before} == before

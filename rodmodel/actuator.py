@@ -162,6 +162,8 @@ class Domain:
         pressure of each and this share of the sum of the two others are together at most `beside_max` [Pa],
         which is infinite if there is no such limit.
     pressure_min : least pressure of each chamber [Pa], for a branch that ends below; 0 if it has none.
+    single_max, single_beside : beyond all these limits, largest pressure of each chamber while each of the
+        two others has at most `single_beside` [Pa]; 0 if a chamber alone has no more than beside others.
     """
 
     pressure_max: tuple[Number, Number, Number]
@@ -171,6 +173,8 @@ class Domain:
     beside_share: Number = 0.0
     beside_max: Number = math.inf
     pressure_min: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
+    single_max: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
+    single_beside: Number = 0.0
 
     @property
     def moment_axes(self) -> tuple[Number, Number, Number]:
@@ -188,6 +192,9 @@ class Domain:
             inside &= p + self.beside_share * (total - p) <= _SLACK * self.beside_max
         for p, minimum in zip(pressure, self.pressure_min, strict=True):
             inside &= (minimum <= 0.0) | (_SLACK * p >= minimum)
+        for (a, b, c), maximum in zip(_alone(pressure), self.single_max, strict=True):
+            alone = (b <= _SLACK * self.single_beside) & (c <= _SLACK * self.single_beside)
+            inside |= (maximum > 0.0) & alone & (a <= _SLACK * maximum)
         return inside
 
     def reach(self, pressure: Three) -> float:
@@ -200,8 +207,12 @@ class Domain:
         for p, maximum in zip(pressure, self.pressure_max, strict=True):
             beside = float(p) + self.beside_share * (total - float(p))
             uses += [float(p) / maximum, beside / self.beside_max]
-        most = max(uses)
-        return 1.0 / most if most > 0.0 else math.inf
+        factors = [1.0 / max(uses) if max(uses) > 0.0 else math.inf]
+        for (own, *others), maximum in zip(_alone(pressure), self.single_max, strict=True):
+            if own > 0.0 and maximum > 0.0:
+                besides = [self.single_beside / float(p) for p in others if p > 0.0]
+                factors.append(min([maximum / float(own), *besides]))
+        return float(max(factors))
 
     def largest_pressures(self, unit: str) -> str:
         """Return the limits of the pressures in words, in Pa or kPa. Each rod of a stack has its own."""
@@ -214,15 +225,27 @@ class Domain:
         if any(not _is_number(p) or p > 0.0 for p in self.pressure_min):
             least = ", ".join(f"{factor * p:g}" if _is_number(p) else "its least" for p in self.pressure_min)
             each += f" (at least {least} {unit})"
+        alone = ""
+        if any(not _is_number(p) or p > 0.0 for p in self.single_max):
+            most = ", ".join(f"{factor * p:g}" if _is_number(p) else "its largest" for p in self.single_max)
+            least = f"{factor * self.single_beside:g}" if _is_number(self.single_beside) else "its least"
+            alone = f"; alone, with {least} {unit} in each of the others, up to {most} {unit}"
         if _is_number(self.beside_max) and math.isinf(self.beside_max):
-            return f"{each} and {total} {unit} in sum"
+            return f"{each} and {total} {unit} in sum{alone}"
         share = f"{self.beside_share:g}" if _is_number(self.beside_share) else "its share"
-        return f"{each}, {total} {unit} in sum, and {beside} {unit} in each with {share} of the two others"
+        besides = f"{beside} {unit} in each with {share} of the two others"
+        return f"{each}, {total} {unit} in sum, and {besides}{alone}"
 
     def covers_moment(self, moment: Three) -> Any:
         """Return whether a moment [N m], body frame, is inside."""
         x, y, z = (m / axis for m, axis in zip(moment, self.moment_axes, strict=True))
         return x * x + y * y + z * z <= _SLACK**2
+
+
+def _alone(pressure: Three) -> tuple[tuple[Number, Number, Number], ...]:
+    """Return each pressure with the two others."""
+    first, second, third = pressure
+    return (first, second, third), (second, third, first), (third, first, second)
 
 
 def _is_number(value: Number) -> bool:

@@ -24,7 +24,7 @@ from calibration.cli._arguments import (
     refuse_unwritable,
 )
 from calibration.cli._files import read_calibration_file, read_dataset, write_calibration_file
-from calibration.cli._pressures import add_pressures, with_pressures
+from calibration.cli._pressures import add_pressures, add_single, with_pressures, with_single
 from calibration.cli._run_design import orientations, run_actuator, run_domain
 
 # Default size of a law.
@@ -200,7 +200,8 @@ def _dataset(options: argparse.Namespace) -> Any:
     from calibration.sweep import attributes, domain_of_run
 
     dataset = read_dataset(options.dataset)
-    return dataset, with_pressures(domain_of_run(attributes(dataset)), options)
+    domain = with_pressures(domain_of_run(attributes(dataset)), options)
+    return dataset, with_single(domain, options)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -324,6 +325,7 @@ def _parser() -> argparse.ArgumentParser:
     fit.add_argument("--iterations", type=count, default=100, help="maximum iterations of the final training")
     fit.add_argument("--seed", type=int, default=0, help="seed of the first start")
     add_pressures(fit, "", "")
+    add_single(fit)
     fit.set_defaults(command=_fit)
 
     report, measured = _report.add_to(commands), _fit_measured.add_to(commands)

@@ -37,6 +37,27 @@ def add_pressures(parser: argparse.ArgumentParser, each: str, total: str) -> Non
     )
 
 
+def add_single(parser: argparse.ArgumentParser) -> None:
+    """Add the limits of a chamber alone."""
+    parser.add_argument(
+        "--single-kpa",
+        nargs=4,
+        type=not_negative,
+        default=None,
+        metavar=("P1", "P2", "P3", "BESIDE"),
+        help="beyond the other limits, largest pressure of each chamber while the two others have at most "
+        "BESIDE each; only as far as the law stands there (default: no more)",
+    )
+
+
+def with_single(domain: "Domain", options: argparse.Namespace) -> "Domain":
+    """Return a domain with the limits of a chamber alone that the options give."""
+    if options.single_kpa is None:
+        return domain
+    first, second, third, beside = (1e3 * p for p in options.single_kpa)
+    return replace(domain, single_max=(first, second, third), single_beside=beside)
+
+
 def with_pressures(domain: "Domain", options: argparse.Namespace) -> "Domain":
     """Return a domain with the limits that the options give.
 

@@ -17,7 +17,7 @@ from calibration.fit.initial_law import Scales, initial_law, initial_oriented, w
 from calibration.fit.join_sweeps import joined
 from calibration.fit.levenberg_marquardt import Fitted, fit, mean_square
 from calibration.fit.samples import Metric, Samples, loading_samples, metric, softness
-from calibration.fit.stable_domain import narrowed, supports
+from calibration.fit.stable_domain import narrowed
 from calibration.progress import progress_bar
 from calibration.sweep import attributes, inside
 from fem_reference import ActuatorGeometry
@@ -40,8 +40,6 @@ PRIOR = 3e-3
 PRIOR_NEAR = 0.03
 # The same for fits near several laws, whose mean errs less than each of them.
 PRIOR_NEAR_SEVERAL = 3e-3
-# Rounds of supports for a law that gives way somewhere in its domain, and iterations of each.
-SUPPORT_ROUNDS, SUPPORT_ITERATIONS = 4, 15
 # Significant digits of a law's numbers: far below the law's error, and files are half as long.
 DIGITS = 9
 #: Layouts whose section is symmetric in all three chambers.
@@ -180,7 +178,6 @@ def fit_and_judge(
             mean = mean_states([first, *(other.law for other in fits[1:])], domain, train.psi, seed)
             mean = mean.where(softness(mean) >= SOFTEST)
             found = trained(first, mean, metric_in(domain, mean, length), "learning the mean")
-        found, supported = _supported(found, train, domain, length, watch)
     law = rounded(with_guess(found.law, domain))
     domain = narrowed(law, domain)
     held_out = material.held_out
@@ -195,7 +192,6 @@ def fit_and_judge(
         "mean_square_residual": mean_square(law, material.train, material.metric),
         "prior": prior,
         "states": len(material.train),
-        "supports": supported,
         "paths": len(np.unique(material.train.path)),
         "seed": seed,
     }
@@ -204,33 +200,6 @@ def fit_and_judge(
         complaint = "the fitted law has no equilibrium at some held-out states"
     states = len(material.train) + len(held_out)
     return Judged(law, domain, error, training, states, not complaint, complaint)
-
-
-def _supported(
-    found: Fitted[Any], train: Samples, domain: Domain, length: float, watch: Any
-) -> tuple[Fitted[Any], int]:
-    """Train a law on until it stands everywhere in its domain, as far as a few rounds of supports do it.
-
-    Return it and the number of supports that it was given.
-    """
-    given: list[Samples] = []
-    for number in range(SUPPORT_ROUNDS):
-        more = supports(with_guess(found.law, domain), domain, number)
-        if more is None:
-            break
-        given.append(more)
-        samples = joined([train, *given])
-        scales = metric_in(domain, samples, length)
-        found = fit(
-            found.law,
-            samples,
-            scales,
-            SUPPORT_ITERATIONS,
-            prior=PRIOR_NEAR,
-            stay_near=True,
-            watch=watch(f"supports {number + 1}/{SUPPORT_ROUNDS}"),
-        )
-    return found, sum(map(len, given))
 
 
 def rounded(law: Any) -> Any:

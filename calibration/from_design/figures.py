@@ -8,11 +8,18 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from calibration.from_design.judge_stage import RodErrors
-from calibration.from_design.pressure_range import PathEnd
+from calibration.from_design.pressure_range import ANGLE, GIVEN, SOLVER, STABILITY, STRETCH, PathEnd
 from calibration.report import DOTS_PER_INCH
 from rodmodel import ErrorBound
 
 _KPA = 1e-3
+_WORDS = {
+    ANGLE: "the wanted angle",
+    STABILITY: "loss of stability",
+    STRETCH: "the tested stretch",
+    SOLVER: "the solver",
+    GIVEN: "the design's pressure",
+}
 
 
 def png(figure: Figure) -> bytes:
@@ -30,7 +37,9 @@ def range_figure(ends: Sequence[PathEnd]) -> Figure:
         pressure = [0.0, *(_KPA * p for p in end.pressures)]
         angle = [0.0, *np.rad2deg(end.angles)]
         dashes = "-" if len(end.chambers) == 1 else "--"
-        axis.plot(pressure, angle, f"C{number}", ls=dashes, marker=".", label=f"{end.title}: {end.detail}")
+        axis.plot(
+            pressure, angle, f"C{number}", ls=dashes, marker=".", label=f"{end.title}: {_WORDS[end.reason]}"
+        )
         axis.plot(_KPA * end.pressure, np.rad2deg(end.angle), f"C{number}o", ms=8, mfc="none")
     axis.set(xlabel="pressure of each chamber [kPa]", ylabel="bending angle over the body's length [deg]")
     axis.legend(title="ends at the ring", fontsize="small")

@@ -7,13 +7,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
+from calibration.fit import deviations, loading_samples, prepare
 from calibration.from_design.figures import png, range_figure, rod_figure
 from calibration.from_design.judge_stage import RodErrors
 from calibration.from_design.mesh_check import MeshCheck
 from calibration.from_design.pressure_range import PathEnd
 from calibration.from_design.task import Task, level_title
-from calibration.report import Section, error_table, page, pairs
+from calibration.report import Section, error_table, page, pairs, write_figures
+from calibration.sweep import inside
 from fem_reference import design_text, level_record
 from rodmodel import Calibration
 
@@ -86,6 +89,15 @@ class Findings:
 def mesh_percent(mesh: MeshCheck) -> dict[str, float]:
     """Return by how much the sweep's angles are off those of the finer mesh, in percent."""
     return {"one_chamber_percent": 100.0 * mesh.error(1), "two_chambers_percent": 100.0 * mesh.error(2)}
+
+
+def draw_law(calibration: Calibration, dataset: xr.Dataset, figures: Path, length: float) -> None:
+    """Draw a law against the states of its sweep, as PNG in a folder."""
+    law, domain = calibration.section_law, calibration.domain
+    samples = loading_samples(dataset)
+    everything = samples.where(inside(domain, samples.pressure, samples.moment))
+    held_out = prepare(dataset, domain, length).held_out
+    write_figures(figures, law, everything, held_out, deviations(law, held_out, length), length)
 
 
 def report(found: Findings) -> str:

@@ -1,14 +1,14 @@
 """Stage 7: the rod against the judge runs, and the bound of its errors.
 
 A conformal bound needs runs of many layouts, as those that ship have. Here few runs of one design judge one
-rod. So the bound takes its shape from that of the most similar shipped calibration, scaled to the design, and
-is raised until it holds at every judge state; it is never lower than that. The distance of the sweep's mesh
-from a finer one counts as an error. No share of future states is promised.
+rod. So the bound is that of the most similar shipped calibration, scaled to the design, and raised, between
+nodes of its pressures, until it holds at every judge state; it does not fall where pressures rise. The
+distance of the sweep's mesh from a finer one counts as an error. No share of future states is promised.
 """
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -131,35 +131,49 @@ def bound_of(
     its = begun.calibration.bound
     shape = its.at_least(_LEAST_ANGLE, _LEAST_TIP * float(calibration.actuator.body_length))
     chosen = errors.of("judge")
-    stated = [
-        np.asarray(part) for part in shape.at(errors.pressure[chosen].sum(axis=1), errors.base_moment[chosen])
-    ]
-    factors = {
-        name: _raised(off[chosen], part)
-        for name, off, part in zip(("angle", "tip"), (errors.angle_off, errors.tip_off), stated, strict=True)
-    }
-    bound = ErrorBound(
-        pressure_sum=shape.pressure_sum,
-        angle=tuple(factors["angle"] * a for a in shape.angle),
-        tip=tuple(factors["tip"] * t for t in shape.tip),
-        angle_per_moment=factors["angle"] * shape.angle_per_moment,
-        tip_per_moment=factors["tip"] * shape.tip_per_moment,
+    total, moment = errors.pressure[chosen].sum(axis=1), errors.base_moment[chosen]
+    angle = _raised(
+        shape.pressure_sum, shape.angle, total, errors.angle_off[chosen] - shape.angle_per_moment * moment
     )
+    tip = _raised(
+        shape.pressure_sum, shape.tip, total, errors.tip_off[chosen] - shape.tip_per_moment * moment
+    )
+    bound = replace(shape, angle=angle, tip=tip)
     note = {
         "method": "shape of a shipped bound, raised to hold at every judge state; no coverage is promised",
         "shape_from": begun.title,
-        "factor": factors,
+        "raised_by": {
+            name: float(max((own / its for own, its in zip(after, before, strict=True)), default=1.0))
+            for name, after, before in (("angle", angle, shape.angle), ("tip", tip, shape.tip))
+        },
         "judge_states": int(chosen.sum()),
         "judge_runs": sorted(set(errors.case[chosen])),
     }
     return bound, note
 
 
-def _raised(off: Float[np.ndarray, " n"], stated: Float[np.ndarray, " n"]) -> float:
-    """Return the factor, one or more, by which a bound holds at every state."""
-    known = np.isfinite(stated) & (stated > 0.0)
-    scores = off[known] / stated[known]
-    return max(1.0, float(scores.max(initial=0.0)))
+def _raised(
+    nodes: Sequence[float],
+    values: Sequence[float],
+    total: Float[np.ndarray, " n"],
+    needed: Float[np.ndarray, " n"],
+) -> tuple[float, ...]:
+    """Return values at nodes, none lower and not decreasing, that hold between these at every state.
+
+    Parameters
+    ----------
+    nodes, values : a bound that is linear between nodes, and constant outside them; NaN if it is not known.
+    total : sum of the pressures of each state.
+    needed : what the bound is to be there at least.
+    """
+    reach = [-math.inf, *nodes, math.inf]
+    raised, before = [], 0.0
+    for value, low, high in zip(values, reach, reach[2:], strict=False):
+        # States between a node and its neighbours.
+        near = needed[(total > low) & (total < high)]
+        before = max(value, before, float(near.max(initial=0.0)))
+        raised.append(before)
+    return tuple(raised)
 
 
 def bars(calibration: Calibration, judged: Mapping[str, Any]) -> list[dict[str, Any]]:

@@ -4,15 +4,13 @@ import json
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
-from calibration.fit import deviations, loading_samples, prepare
 from calibration.from_design.actuator_runs import SHARE, cases_for, run_actuators
 from calibration.from_design.ends_stage import end_compliance, ends_of, with_ends
-from calibration.from_design.findings import Findings, mesh_percent
+from calibration.from_design.findings import Findings, draw_law, mesh_percent
 from calibration.from_design.fit_stage import ITERATIONS, fitted
 from calibration.from_design.judge_stage import bars, bound_of, rod_errors, summary
 from calibration.from_design.mesh_check import MeshCheck, check_meshes
@@ -29,8 +27,6 @@ from calibration.from_design.sweep_stage import expected_errors, paths_within, p
 from calibration.from_design.task import Task, level_title
 from calibration.progress import Stages, stages_bar
 from calibration.provenance import code_version, today
-from calibration.report import write_figures
-from calibration.sweep import inside
 from fem_reference import design_text, level_record
 from rodmodel import Calibration, Domain, shipped_calibrations
 
@@ -125,7 +121,7 @@ def _calibrate(task: Task, say: Say, iterations: int, stages: Stages) -> Finding
         say(f"{bar['name']}: {bar['value']:.2f} {bar['unit']}{told}")
     stages.begin("report")
     figures = task.directory / "figures"
-    _law_figures(calibration, dataset, figures, length)
+    draw_law(calibration, dataset, figures, length)
     for line in notes:
         say(f"note: {line}")
     return Findings(
@@ -248,6 +244,12 @@ def _ended(
         notes.append(
             "Too few fit runs of the full actuator: the ends are those of the most similar calibration."
         )
+    if ends is not None and (ends.after > ends.before or ends.turn_after > ends.turn_before):
+        notes.append(
+            f"The fitted ends do not explain the fit runs: they leave {1e3 * ends.after:.2f} mm and "
+            f"{math.degrees(ends.turn_after):.2f} deg at the tip; without them it is "
+            f"{1e3 * ends.before:.2f} mm and {math.degrees(ends.turn_before):.2f} deg."
+        )
     return with_ends(law, ends, first, begun.compliance, _about(task))
 
 
@@ -274,14 +276,6 @@ def _origin(task: Task, begun: _Begun, planned: dict[str, Any]) -> dict[str, Any
             "paths": planned["paths"],
         }
     }
-
-
-def _law_figures(calibration: Calibration, dataset: xr.Dataset, figures: Path, length: float) -> None:
-    law, domain = calibration.section_law, calibration.domain
-    samples = loading_samples(dataset)
-    everything = samples.where(inside(domain, samples.pressure, samples.moment))
-    held_out = prepare(dataset, domain, length).held_out
-    write_figures(figures, law, everything, held_out, deviations(law, held_out, length), length)
 
 
 def _held_out(law: Calibration) -> str:

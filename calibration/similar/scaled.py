@@ -114,9 +114,9 @@ def _scaled_law(law: RidgeArrays, scale: Scale) -> RidgeArrays:
 
 def _scaled_domain(domain: Domain, scale: Scale) -> Domain:
     pressure, moment = scale.factor((0, 1, 0)), scale.factor((3, 1, 0))
-    largest, least = (
+    largest, least, alone = (
         (pressure * first, pressure * second, pressure * third)
-        for first, second, third in (domain.pressure_max, domain.pressure_min)
+        for first, second, third in (domain.pressure_max, domain.pressure_min, domain.single_max)
     )
     return Domain(
         largest,
@@ -126,6 +126,8 @@ def _scaled_domain(domain: Domain, scale: Scale) -> Domain:
         domain.beside_share,
         pressure * domain.beside_max,
         least,
+        alone,
+        pressure * domain.single_beside,
     )
 
 

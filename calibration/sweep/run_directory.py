@@ -143,6 +143,8 @@ def _domain_record(domain: Domain) -> dict[str, Any]:
         del record["beside_share"], record["beside_max"]
     if not any(domain.pressure_min):
         del record["pressure_min"]
+    if not any(domain.single_max):
+        del record["single_max"], record["single_beside"]
     return record
 
 

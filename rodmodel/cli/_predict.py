@@ -71,8 +71,8 @@ def add_to(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> N
         "--branch",
         choices=("auto", "loading", "snapped"),
         default="auto",
-        help="branch of equilibria: upright, with a partition wall snapped to one side by the chamber with the "
-        "largest pressure, or the one that an actuator loaded from rest is on (default)",
+        help="branch of equilibria: upright, with a partition wall snapped to one side by the chamber with "
+        "the largest pressure, or the one that an actuator loaded from rest is on (default)",
     )
     add_output(parser, plot="the bent rod")
     parser.set_defaults(command=_run)

@@ -51,6 +51,8 @@ def domain_numbers(domain: Domain) -> dict[str, Any]:
         "beside_share": 0.0 if math.isinf(beside) else float(domain.beside_share),
         "beside_max": 0.0 if math.isinf(beside) else beside,
         "pressure_min": [float(p) for p in domain.pressure_min],
+        "single_max": [float(p) for p in domain.single_max],
+        "single_beside": float(domain.single_beside),
     }
 
 

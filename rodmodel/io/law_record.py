@@ -43,6 +43,11 @@ def domain_content(domain: Domain) -> dict[str, Any]:
         "torque_max_nm": domain.torque_max,
         **({} if domain.beside_max == math.inf else beside),
         **({"pressure_min_pa": list(domain.pressure_min)} if any(domain.pressure_min) else {}),
+        **(
+            {"single_max_pa": list(domain.single_max), "single_beside_pa": domain.single_beside}
+            if any(domain.single_max)
+            else {}
+        ),
     }
 
 
@@ -56,6 +61,12 @@ def domain_of(record: Record) -> Domain:
     )
     if "pressure_min_pa" in record.content:
         domain = replace(domain, pressure_min=record.three("pressure_min_pa"))
+    if {"single_max_pa", "single_beside_pa"} & set(record.content):
+        domain = replace(
+            domain,
+            single_max=record.three("single_max_pa"),
+            single_beside=record.number("single_beside_pa"),
+        )
     if not {"pressure_beside_share", "pressure_beside_max_pa"} & set(record.content):
         return domain
     return replace(

@@ -272,7 +272,12 @@ def _renumbered(domain: Domain, turns: int, mirrored: bool) -> Domain:
         # Chamber 1 + turns of the section is chamber 1 of the calibration.
         return own[-turns], own[1 - turns], own[2 - turns]
 
-    return replace(domain, pressure_max=turned(domain.pressure_max), pressure_min=turned(domain.pressure_min))
+    return replace(
+        domain,
+        pressure_max=turned(domain.pressure_max),
+        pressure_min=turned(domain.pressure_min),
+        single_max=turned(domain.single_max),
+    )
 
 
 def _turns(layout: Layout, start: float, psi: float) -> int | None:

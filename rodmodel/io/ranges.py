@@ -59,6 +59,8 @@ RANGES: Mapping[str, Range] = {
     "domain.pressure_beside_share": Range(0.0, 1.0, "", optional=True),
     "domain.pressure_beside_max_pa": _PRESSURE._replace(optional=True),
     "domain.pressure_min_pa": Range(0.0, 1e8, "Pa", optional=True),
+    "domain.single_max_pa": Range(0.0, 1e8, "Pa", optional=True),
+    "domain.single_beside_pa": Range(0.0, 1e8, "Pa", optional=True),
     "domain.moment_max_nm": Range(1e-12, 1e6, "N m"),
     "domain.torque_max_nm": Range(1e-12, 1e6, "N m", null=True),
     "bound.pressure_sum_pa": Range(0.0, 3e8, "Pa", optional=True),

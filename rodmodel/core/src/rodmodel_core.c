@@ -168,8 +168,9 @@ int rm_check_rod(const rm_rod *rod)
     }
     good &= is_finite(domain->beside_share) & (domain->beside_share >= R(0.0));
     good &= is_finite(domain->beside_max) & (domain->beside_max >= R(0.0));
+    good &= is_finite(domain->single_beside);
     for (int k = 0; k < 3; k++) {
-        good &= is_finite(domain->pressure_min[k]);
+        good &= is_finite(domain->pressure_min[k]) & is_finite(domain->single_max[k]);
     }
     for (int k = 0; k < 8; k++) {
         const rm_error_bound *bound = &rod->error_bound;

@@ -121,7 +121,9 @@ typedef struct {
     rm_real torque_max;             /* largest torque on a section [N m] */
     rm_real beside_share;
     rm_real beside_max;             /* [Pa] */
-    rm_real pressure_min[3];        /* least pressure of each chamber, for a sheet of states that ends below [Pa] */
+    rm_real pressure_min[3];        /* least pressure of each chamber, for a branch that ends below [Pa] */
+    rm_real single_max[3];          /* largest pressure of a chamber alone, beyond the limits above; 0: none [Pa] */
+    rm_real single_beside;          /* largest pressure of each of the others there [Pa] */
 } rm_domain;
 
 /* Bound that the errors of 90 % of states keep: linear in the sum of the pressures between nodes, constant outside

@@ -38,7 +38,7 @@ def test_each_rod_of_a_stack_has_its_own_largest_pressures() -> None:
     stacked = jax.tree.map(lambda x: jnp.full(2, x), Domain((70e3, 60e3, 60e3), 100e3, 1e-3, 1e-3, 0.5, 79e3))
     told = stacked.largest_pressures("Pa")
     assert told.startswith("its largest, its largest, its largest Pa in chambers 1, 2, 3")
-    assert told.endswith("its largest Pa in each with its share of the two others")
+    assert "its largest Pa in each with its share of the two others; alone, with its least Pa in each" in told
 
 
 def test_pressures_are_inside_where_all_limits_hold() -> None:
@@ -66,3 +66,17 @@ def test_a_least_pressure_bounds_from_below_and_is_told() -> None:
     assert "(at least 0, 53, 0 kPa)" in domain.largest_pressures("kPa")
     # Without one, a pressure that a gauge tells as slightly negative is inside.
     assert Domain((70e3, 60e3, 60e3), 100e3, 1e-3).covers_pressure((-1.0, 0.0, 0.0))
+
+
+def test_a_chamber_alone_may_have_more_where_the_others_have_next_to_nothing() -> None:
+    domain = Domain((57e3, 54e3, 54e3), 105e3, 1e-3, single_max=(70e3, 65e3, 0.0), single_beside=2e3)
+    inside = [(70e3, 0.0, 0.0), (70e3, 2e3, 2e3), (0.0, 65e3, 1e3), (57e3, 20e3, 0.0), (0.0, 0.0, 54e3)]
+    outside = [(70.1e3, 0.0, 0.0), (60e3, 2.1e3, 0.0), (0.0, 66e3, 0.0), (0.0, 0.0, 55e3), (58e3, 58e3, 0.0)]
+    assert [bool(domain.covers_pressure(p)) for p in inside] == [True] * 5
+    assert [bool(domain.covers_pressure(p)) for p in outside] == [False] * 5
+    assert domain.reach((35e3, 0.0, 0.0)) == 2.0
+    assert domain.reach((35e3, 0.5e3, 0.0)) == 2.0
+    assert domain.reach((30e3, 10e3, 0.0)) == pytest.approx(57.0 / 30.0)
+    assert domain.largest_pressures("kPa").endswith(
+        "; alone, with 2 kPa in each of the others, up to 70, 65, 0 kPa"
+    )

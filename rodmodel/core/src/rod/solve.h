@@ -121,7 +121,13 @@ static int covers_pressure(const rm_domain *domain, const rm_real *p)
     for (int k = 0; k < 3; k++) {
         outside |= (domain->pressure_min[k] > R(0.0)) & (RM_SLACK * p[k] < domain->pressure_min[k]);
     }
-    return (p[0] <= RM_SLACK * domain->pressure_max[0]) & (p[1] <= RM_SLACK * domain->pressure_max[1])
+    const rm_real beside = RM_SLACK * domain->single_beside;
+    int alone = 0;
+    for (int k = 0; k < 3; k++) {
+        alone |= (domain->single_max[k] > R(0.0)) & (p[k] <= RM_SLACK * domain->single_max[k])
+                 & (p[(k + 1) % 3] <= beside) & (p[(k + 2) % 3] <= beside);
+    }
+    return alone | (p[0] <= RM_SLACK * domain->pressure_max[0]) & (p[1] <= RM_SLACK * domain->pressure_max[1])
            & (p[2] <= RM_SLACK * domain->pressure_max[2])
            & (sum <= RM_SLACK * domain->pressure_sum_max) & !outside;
 }

@@ -54,7 +54,7 @@ def test_the_bound_holds_at_every_judge_state(share):
 def test_the_bound_is_never_below_the_shipped_one():
     """At errors of zero it is that, for the paper's own design at all its pressures."""
     bound, note = bound_of(errors(angle_off=np.zeros(4), tip_off=np.zeros(4)), OWN, NEAR)
-    assert note["factor"] == {"angle": 1.0, "tip": 1.0}
+    assert note["raised_by"] == {"angle": 1.0, "tip": 1.0}
     for total in (5e3, 50e3, 110e3):
         for own, shipped in zip(bound.at(total, 1e-3), OWN.bound.at(total, 1e-3), strict=True):
             assert own >= shipped

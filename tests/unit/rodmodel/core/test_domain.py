@@ -112,3 +112,24 @@ def test_the_limit_beside_is_told_where_it_is_passed() -> None:
     told = r"100000 Pa in sum, and 60000 Pa in each with 0.5 of the two others; throw=False"
     with pytest.raises(RuntimeError, match=told):
         limited.solve([50e3, 30e3, 0.0])
+
+
+@pytest.mark.parametrize(
+    "limits",
+    [
+        {"single_max": (70e3, 65e3, 0.0), "single_beside": 2e3},
+        {"pressure_min": (0.0, 40e3, 0.0)},
+    ],
+)
+def test_a_least_pressure_and_a_chamber_alone_are_those_of_the_domain(limits: dict) -> None:
+    found = find("double-helix", 0.0, 3e-3)
+    domain = replace(found.domain, **limits)
+    rod = CoreRod.of(replace(found, domain=domain))
+    random = np.random.default_rng(4)
+    pressure = 75e3 * random.random((400, 3)) * random.choice([0.02, 1.0], (400, 3))
+    states = rod.solve_many(pressure=pressure, steps=STEPS)
+    good = states["result"] == Result.successful
+    expected = np.array([bool(domain.covers_pressure(p)) for p in pressure])
+    inside = expected & (states["moment_share"] <= 1.0)
+    np.testing.assert_array_equal(states["in_domain"][good] != 0, inside[good])
+    assert 10 < np.sum(inside[good]) < np.sum(good) - 10

@@ -35,8 +35,9 @@ from rodmodel.io import write_atomically
 
 # Pressures of fit and judge runs, as shares of the domain's. No load has both roles.
 _FIT, _JUDGE = (0.25, 0.5, 0.75, 0.95), (0.2, 0.45, 0.7, 0.92)
-#: Largest share of the budget that the runs take; those that are not done by then end early.
-SHARE = 0.4
+# Largest share of the budget that the runs take, and a time that they have in any case [s]. Those that are
+# not done by then end early.
+_SHARE, _ALWAYS = 0.4, 480.0
 _POLL = 0.5  # [s]
 _END = 5.0  # time for a process to end before it is killed [s]
 
@@ -75,6 +76,11 @@ def _load(pressure: Float[np.ndarray, "3"]) -> ActuatorLoad:
     return ActuatorLoad((first, second, third))
 
 
+def time_limit(task: Task) -> float:
+    """Return the time after which the runs end [s]."""
+    return max(_SHARE * task.budget.seconds, _ALWAYS)
+
+
 def run_actuators(task: Task, cases: Sequence[TruthCase]) -> tuple[xr.Dataset, dict[str, str]]:
     """Run or resume the cases, and gather their states.
 
@@ -97,7 +103,7 @@ def run_actuators(task: Task, cases: Sequence[TruthCase]) -> tuple[xr.Dataset, d
     loads = [[list(load.pressure) for load in case.loads] for case in cases]
     inputs = {"design": design_text(task.design), "mesh": level_record(level), "loads": loads}
     directory = task.directory / f"actuator-{key_of(inputs)}"
-    limit = SHARE * task.budget.seconds
+    limit = time_limit(task)
     pending = [case for case in cases if not _is_over(directory, case, limit)]
     if pending:
         _trace_all(task, pending, directory, level, limit)
@@ -114,6 +120,7 @@ def run_actuators(task: Task, cases: Sequence[TruthCase]) -> tuple[xr.Dataset, d
 
 def _trace_all(task: Task, pending: Sequence[TruthCase], directory: Path, level: Level, limit: float) -> None:
     """Trace cases in processes until they are done, or a time is over [s]."""
+    directory.mkdir(parents=True, exist_ok=True)
     waiting, team, begun = list(pending), dict[str, SpawnProcess](), time.monotonic()
     counted = _states(directory, pending)
     with progress_bar(sum(len(case.loads) for case in pending), "states") as advance, _ended(team):

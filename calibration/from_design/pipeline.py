@@ -1,6 +1,5 @@
 """From a design to a calibration: all stages in their order, each from its files where these are there."""
 
-import json
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -8,12 +7,12 @@ from typing import Any
 
 import xarray as xr
 
-from calibration.from_design.actuator_runs import SHARE, cases_for, run_actuators
+from calibration.from_design.actuator_runs import cases_for, run_actuators, time_limit
 from calibration.from_design.ends_stage import end_compliance, ends_of, with_ends
 from calibration.from_design.findings import Findings, draw_law, mesh_percent
 from calibration.from_design.fit_stage import ITERATIONS, fitted
 from calibration.from_design.judge_stage import bars, bound_of, rod_errors, summary
-from calibration.from_design.mesh_check import MeshCheck, check_meshes
+from calibration.from_design.mesh_check import MeshCheck, check_meshes, check_pressures
 from calibration.from_design.near_law import NearLaw, near_laws
 from calibration.from_design.pressure_range import (
     GIVEN,
@@ -184,7 +183,7 @@ def _meshes(task: Task, domain: Domain) -> MeshCheck:
     levels, compliance = task.levels, first_compliance(task.design)
     inputs = {
         "design": design_text(task.design),
-        "domain": _domain_inputs(domain),
+        "pressures": check_pressures(domain),
         "end_compliance": compliance,
         "meshes": [level_record(level) for level in (levels.sweep, levels.finer, levels.actuator)],
     }
@@ -212,7 +211,7 @@ def _planned(task: Task, begun: _Begun, say: Say) -> dict[str, Any]:
     }
 
     def chosen() -> dict[str, Any]:
-        runs = min(_RUNS * first / task.workers, SHARE * task.budget.seconds)
+        runs = min(_RUNS * first / task.workers, time_limit(task))
         others = _FIT * task.budget.seconds + runs
         seconds = max(0.9 * task.budget.seconds - others, _SWEEP * task.budget.seconds)
         paths = paths_within(plan, begun.mesh.seconds, seconds, task.workers)
@@ -284,9 +283,3 @@ def _held_out(law: Calibration) -> str:
         return "no held-out state of free bending"
     percent = 100.0 * row["p95"] / row["range"] if row["range"] else math.nan
     return f"held-out free bending, 95 %: {math.degrees(row['p95']):.2f} deg, {percent:.2f} % of the range"
-
-
-def _domain_inputs(domain: Domain) -> str:
-    return json.dumps(
-        [float(v) for v in (*domain.pressure_max, domain.pressure_sum_max, domain.beside_share)]
-    )

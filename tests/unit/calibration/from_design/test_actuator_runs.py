@@ -76,10 +76,10 @@ def test_a_run_out_of_time_goes_on_with_a_longer_budget_alone(tmp_path, monkeypa
         stage._out_of_time(directory, pending[0]).write_text(f"{limit}")
 
     monkeypatch.setattr(stage, "_trace_all", trace_all)
-    for budget in (600.0, 600.0, 1200.0):
+    for budget in (1200.0, 1200.0, 3600.0):
         with pytest.raises(StageError, match="one: there was no more time after"):
             stage.run_actuators(task_in(tmp_path, budget), cases)
-    assert limits == [0.4 * 600.0, 0.4 * 1200.0]
+    assert limits == [0.4 * 1200.0, 0.4 * 3600.0]
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 import argparse
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
@@ -12,7 +13,9 @@ from calibration.cli._arguments import GOOD, BadInputError, Parser
 from calibration.cli._files import read_calibration_file, read_truth, write_calibration_file
 
 if TYPE_CHECKING:
-    from rodmodel import ErrorBound
+    from calibration.truth import SnappedState
+    from rodmodel import Calibration, ErrorBound
+    from rodmodel.io import SnappedLaw
 
 
 def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
@@ -39,6 +42,7 @@ def _bounds(options: argparse.Namespace, command: str) -> int:
     from calibration.truth.dataset import SHIPPED
     from calibration.truth.error_bounds import BoundError, bound_for, scales
     from calibration.truth.mesh_limits import SHIPPED_LIMITS
+    from calibration.truth.snapped_states import compare_snapped
 
     shipped = sorted(Path(str(files("rodmodel"))).joinpath("calibrations").glob("*.json"))
     calibrations = {file: read_calibration_file(file) for file in options.files or map(str, shipped)}
@@ -61,10 +65,14 @@ def _bounds(options: argparse.Namespace, command: str) -> int:
         made = {file: bound_for(verdict, scale, c.layout) for file, c in calibrations.items()}
     except BoundError as error:
         raise BadInputError(str(error)) from error
+    after_jumps = compare_snapped(truth)
     for file, calibration in calibrations.items():
         bound, note = made[file]
         provenance = {**calibration.provenance, "bound": {**about, **note}}
-        write_calibration_file(replace(calibration, bound=bound, provenance=provenance), file)
+        snapped = tuple(_told(sheet, calibration, after_jumps) for sheet in calibration.snapped)
+        write_calibration_file(
+            replace(calibration, bound=bound, provenance=provenance, snapped=snapped), file
+        )
     if options.json:
         rows = [{"file": file, "bound": _record(bound), **note} for file, (bound, note) in made.items()]
         print(json.dumps({"bounds": rows}))
@@ -72,6 +80,16 @@ def _bounds(options: argparse.Namespace, command: str) -> int:
     for file, (bound, note) in made.items():
         _print(file, bound, note)
     return GOOD
+
+
+def _told(sheet: "SnappedLaw", calibration: "Calibration", states: "Sequence[SnappedState]") -> "SnappedLaw":
+    """Return a snapped law with its largest errors against runs that jumped, if there are any."""
+    from calibration.truth.snapped_states import largest_errors
+
+    length = float(calibration.actuator.body_length)
+    actuator = largest_errors(states, calibration.layout, (sheet.chamber, sheet.side), length)
+    cell = {name: value for name, value in sheet.error.items() if name != "actuator"}
+    return replace(sheet, error=cell if actuator is None else {**cell, "actuator": actuator})
 
 
 def _record(bound: "ErrorBound") -> dict[str, Any]:

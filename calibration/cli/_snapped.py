@@ -112,7 +112,7 @@ def _run(options: argparse.Namespace, command: str) -> int:
     from rodmodel.section import arrays_of
 
     found = SnappedLaw(
-        plan.sheet.chamber, plan.sheet.side, arrays_of(outcome.law), plan.domain, outcome.error, provenance
+        plan.sheet.chamber, plan.sheet.side, arrays_of(outcome.law), outcome.domain, outcome.error, provenance
     )
     others = [law for law in calibration.snapped if (law.chamber, law.side) != (found.chamber, found.side)]
     write_calibration_file(replace(calibration, snapped=(*others, found)), options.file)

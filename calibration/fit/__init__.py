@@ -18,7 +18,10 @@ from calibration.fit.join_sweeps import joined as joined
 from calibration.fit.levenberg_marquardt import HESSIAN_WEIGHT as HESSIAN_WEIGHT
 from calibration.fit.levenberg_marquardt import fit as fit
 from calibration.fit.levenberg_marquardt import mean_square as mean_square
+from calibration.fit.pipeline import PRIOR as PRIOR
 from calibration.fit.pipeline import SOFTEST as SOFTEST
+from calibration.fit.pipeline import STARTS as STARTS
+from calibration.fit.pipeline import TRIAL_ITERATIONS as TRIAL_ITERATIONS
 from calibration.fit.pipeline import Judged as Judged
 from calibration.fit.pipeline import begin_near as begin_near
 from calibration.fit.pipeline import fit_and_judge as fit_and_judge

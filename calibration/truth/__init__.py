@@ -33,3 +33,4 @@ from calibration.truth.mesh_limits import load_limits as load_limits
 from calibration.truth.mesh_limits import save_limits as save_limits
 from calibration.truth.snapped_states import SnappedState as SnappedState
 from calibration.truth.snapped_states import compare_snapped as compare_snapped
+from calibration.truth.snapped_states import largest_errors as largest_errors

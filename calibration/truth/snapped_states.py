@@ -1,6 +1,7 @@
 """Rods on their snapped branches against runs of the full actuator that jumped."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +9,8 @@ import xarray as xr
 
 from calibration.truth.cases import layout_of
 from calibration.truth.dataset import case_of
-from rodmodel import Branch, Branches, CalibrationNotFoundError, load_branches
+from rodmodel import Branch, CalibrationNotFoundError, CoreRod, Layout
+from rodmodel.io import Found, find, snapped_sheets
 
 # A bending plane this far from the chamber's own is that of an actuator that has snapped a second time [rad].
 _TWICE = math.radians(45.0)
@@ -22,6 +24,7 @@ class SnappedState:
     ----------
     case, pressure : run and pressures [Pa].
     branch : branch of the rod.
+    layout, sheet : the calibration's layout, and chamber and side of its law that serves the branch.
     angle, plane : θ and γ of the actuator [rad].
     angle_error, plane_error : of the rod, with their signs [rad].
     tip : distance of the tips over the body's length.
@@ -31,6 +34,8 @@ class SnappedState:
     case: str
     pressure: tuple[float, float, float]
     branch: Branch
+    layout: Layout
+    sheet: tuple[int, int]
     angle: float
     plane: float
     angle_error: float
@@ -54,33 +59,57 @@ def compare_snapped(truth: xr.Dataset) -> tuple[SnappedState, ...]:
     for case in dict.fromkeys(map(str, names)):
         rows = np.flatnonzero(names == case)
         jumped = np.maximum.accumulate(truth["jumped"].values[rows] != 0)
-        branches = _branches(case) if jumped.any() else None
-        if branches is None:
+        calibrated = _found(case) if jumped.any() else None
+        if calibrated is None:
             continue
         for row in rows[jumped]:
-            state = _compared(truth.isel(state=int(row)), case, branches)
+            state = _compared(truth.isel(state=int(row)), case, calibrated)
             if state is not None:
                 found.append(state)
     return tuple(found)
 
 
-def _branches(case: str) -> Branches | None:
+def largest_errors(
+    states: Sequence[SnappedState], layout: Layout, sheet: tuple[int, int], length: float
+) -> dict[str, float] | None:
+    """Return the largest errors of one law of a layout, as its file holds them; None without a state.
+
+    Parameters
+    ----------
+    states : states of `compare_snapped`.
+    layout, sheet : see `SnappedState`.
+    length : the body's [m].
+    """
+    own = [state for state in states if (state.layout, state.sheet) == (layout, sheet)]
+    if not own:
+        return None
+    return {
+        "angle_rad": max(abs(state.angle_error) for state in own),
+        "plane_rad": max(abs(state.plane_error) for state in own),
+        "tip_m": length * max(state.tip for state in own),
+        "states": len(own),
+    }
+
+
+def _found(case: str) -> Found | None:
     layout = layout_of(case_of(case).winding)
     try:
-        return load_branches(layout.name, layout.psi or 0.0, layout.pitch)
+        return find(layout.name, layout.psi or 0.0, layout.pitch)
     except CalibrationNotFoundError:
         return None
 
 
-def _compared(state: xr.Dataset, case: str, branches: Branches) -> SnappedState | None:
+def _compared(state: xr.Dataset, case: str, calibrated: Found) -> SnappedState | None:
     pressure = state["pressure"].values
     angle, plane = float(state["bending_angle"]), float(state["bending_plane"])
     chamber = int(np.argmax(pressure)) + 1
     aside = math.remainder(plane - 2.0 * math.pi / 3.0 * (chamber - 1), 2.0 * math.pi)
     branch = Branch(chamber, 1 if aside > 0.0 else -1)
-    if branch not in branches.snapped or abs(aside) > _TWICE:
+    sheets = {Branch(sheet.chamber, sheet.side): sheet for sheet in snapped_sheets(calibrated)}
+    if branch not in sheets or abs(aside) > _TWICE:
         return None
-    rod = branches.rod(branch)
+    law = sheets[branch].law
+    rod = CoreRod.of_sheet(calibrated, sheets[branch])
     solution = rod.solve(
         pressure, tip_force=state["tip_force"].values, gravity=state["gravity"].values, throw=False
     )
@@ -90,6 +119,8 @@ def _compared(state: xr.Dataset, case: str, branches: Branches) -> SnappedState 
         case=case,
         pressure=(first, second, third),
         branch=branch,
+        layout=calibrated.calibration.layout,
+        sheet=(law.chamber, law.side),
         angle=angle,
         plane=plane,
         angle_error=float(solution.bending_angle) - angle,

@@ -95,10 +95,10 @@ class CoreRod:
 
     @classmethod
     def of_sheet(cls, found: "Found", sheet: "SnappedSheet", variant: str = VARIANTS[-1]) -> "CoreRod":
-        """Return the rod of a calibration on a snapped branch; its errors have the loading branch's bound."""
+        """Return the rod of a calibration on a snapped branch."""
         calibration = found.calibration
         law = law_data(sheet.law.law, sheet.turns, sheet.mirrored)
-        bound = calibration.error_bound
+        bound = sheet.law.error_bound
         handle = Handle(law, calibration.actuator, sheet.domain, bound, variant)
         return cls(handle, calibration.actuator, sheet.domain, bound)
 

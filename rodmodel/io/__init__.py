@@ -36,6 +36,7 @@ from rodmodel.io.loading import load_branches as load_branches
 from rodmodel.io.loading import load_core as load_core
 from rodmodel.io.loading import load_oriented as load_oriented
 from rodmodel.io.loading import shipped_calibrations as shipped_calibrations
+from rodmodel.io.loading import snapped_sheets as snapped_sheets
 from rodmodel.io.ranges import ADJUSTMENT_RANGES as ADJUSTMENT_RANGES
 from rodmodel.io.ranges import RANGES as RANGES
 from rodmodel.io.ranges import ranges_table as ranges_table

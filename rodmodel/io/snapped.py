@@ -4,11 +4,13 @@
 "pressure_min_pa"}, "error": {...}, "provenance": {...}}, ...]
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, final
 
 from rodmodel.actuator import Domain
+from rodmodel.error_bound import ErrorBound
 from rodmodel.io.json_record import CalibrationFileError, Record
 from rodmodel.io.law_arrays import RidgeArrays
 from rodmodel.io.law_record import domain_content, domain_of, law_content, law_of
@@ -27,7 +29,9 @@ class SnappedLaw:
     side : +1 if the bending plane's angle γ is larger than that of the upright section, −1 if smaller.
     law : section law as plain arrays.
     domain : loads inside which the law was calibrated; the least pressures are where the sheet ends.
-    error, provenance : as in the file.
+    error, provenance : as in the file. `error` has the errors at held-out states of the cell, and under
+        ``actuator`` the largest against runs of the full actuator: ``angle_rad``, ``plane_rad``, ``tip_m``
+        and the number of ``states``.
     """
 
     chamber: int
@@ -36,6 +40,18 @@ class SnappedLaw:
     domain: Domain
     error: Mapping[str, Any]
     provenance: Mapping[str, Any]
+
+    @property
+    def error_bound(self) -> ErrorBound:
+        """Bound of the errors: the largest against runs of the full actuator, where there are any.
+
+        A sheet without such runs has a bound that says nothing, half a turn.
+        """
+        actuator = self.error.get("actuator")
+        if actuator is None:
+            return ErrorBound.constant(math.pi)
+        angle, tip = float(actuator["angle_rad"]), float(actuator["tip_m"])
+        return ErrorBound((0.0,), (angle,), (tip,), 0.0, 0.0)
 
 
 def snapped_content(laws: tuple[SnappedLaw, ...]) -> list[dict[str, Any]]:

@@ -7,9 +7,10 @@ import pytest
 import xarray as xr
 
 import rodmodel
-from calibration.truth import compare_snapped
+from calibration.truth import compare_snapped, largest_errors
 from calibration.truth import snapped_states as module
 from rodmodel import Branch
+from rodmodel.io import branches_of, find
 from tests.unit.rodmodel import calibrations
 
 
@@ -17,9 +18,9 @@ from tests.unit.rodmodel import calibrations
 def branches(tmp_path, monkeypatch: pytest.MonkeyPatch) -> rodmodel.Branches:
     file = tmp_path / "c.json"
     rodmodel.save_calibration(calibrations.with_snapped((2, 1), (2, -1)), file)
-    found = rodmodel.load_branches("double-helix", path=file)
-    monkeypatch.setattr(module, "_branches", lambda case: None if case == "ring-chamber1" else found)
-    return found
+    calibrated = find("double-helix", 0.0, 3e-3, file)
+    monkeypatch.setattr(module, "_found", lambda case: None if case == "ring-chamber1" else calibrated)
+    return branches_of(calibrated)
 
 
 def truth_of(branches: rodmodel.Branches, aside: list[float], jumped: list[int], case: str) -> xr.Dataset:
@@ -53,6 +54,14 @@ def test_states_from_the_first_jump_on_are_compared_on_their_own_side(branches: 
         math.remainder(own - math.radians(132.0), 2.0 * math.pi), abs=1e-12
     )
     assert second.tip > 0.01
+    told = largest_errors([first, second], first.layout, (2, 1), 0.06)
+    assert told == {
+        "angle_rad": abs(first.angle_error),
+        "plane_rad": abs(first.plane_error),
+        "tip_m": pytest.approx(0.0, abs=1e-12),
+        "states": 1,
+    }
+    assert largest_errors([first, second], first.layout, (1, 1), 0.06) is None
 
 
 def test_a_second_snap_and_a_winding_without_branches_are_left_out(branches: rodmodel.Branches) -> None:

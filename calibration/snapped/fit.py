@@ -132,7 +132,8 @@ def fit_snapped(
     law = rounded(with_guess(found.law, replace(domain, pressure_min=(0.0, 0.0, 0.0))))
     domain = _stable(law, sheet, domain)
     inside = domain.covers_pressure(samples.pressure.T) & domain.covers_moment(samples.moment.T)
-    error = figures(law, samples.where(samples.held_out & np.asarray(inside)), length)
+    held_out = samples.where(samples.held_out & np.asarray(inside))
+    error = figures(law, held_out, length) if len(held_out) else {}
     training = {
         "iterations": found.iterations,
         "converged": found.converged,
@@ -141,7 +142,9 @@ def fit_snapped(
         "upright_share": share,
     }
     complaint = ""
-    if not everywhere(error):
+    if not len(held_out):
+        complaint = "no held-out state lies where the fitted law is stable"
+    elif not everywhere(error):
         complaint = "the fitted law has no equilibrium at some held-out states"
     elif len(unstable_pressures(law, domain)):
         complaint = "the fitted law has no stable free state at some pressures of its domain"

@@ -102,7 +102,8 @@ def _row(action: argparse.Action) -> str:
     choices = "{" + ",".join(map(str, action.choices)) + "}" if action.choices else None
     value = action.metavar or choices or (action.dest.upper() if action.option_strings else action.dest)
     shown = {None: value, "+": f"{value} ...", "*": f"[{value} ...]", "?": f"[{value}]", 0: ""}
-    shown |= {count: " ".join([str(value)] * count) for count in (1, 2, 3)}
+    # A tuple has a name for each value.
+    shown |= {n: " ".join(value if isinstance(value, tuple) else [str(value)] * n) for n in (1, 2, 3, 4)}
     name = " ".join((*action.option_strings[:1], shown[action.nargs])).strip()
     told = (action.help or "") % vars(action)
     if action.required and action.option_strings:

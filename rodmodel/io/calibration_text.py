@@ -22,6 +22,8 @@ def calibration_record(calibration: Calibration) -> dict[str, Any]:
         "pressure_sum_max_kpa": 1e-3 * domain.pressure_sum_max,
         "pressure_beside_share": domain.beside_share if limited else None,
         "pressure_beside_max_kpa": 1e-3 * domain.beside_max if limited else None,
+        "single_max_kpa": [1e-3 * p for p in domain.single_max] if any(domain.single_max) else None,
+        "single_beside_kpa": 1e-3 * domain.single_beside if any(domain.single_max) else None,
         "moment_max_nmm": 1e3 * domain.moment_max,
         "torque_max_nmm": 1e3 * domain.moment_axes[2],
         "error": {
@@ -48,6 +50,9 @@ def calibration_text(record: dict[str, Any]) -> str:
     angle = record["error"]["bending_angle_deg"]
     share, beside = record["pressure_beside_share"], record["pressure_beside_max_kpa"]
     limit = "" if beside is None else f", {beside:g} kPa in each with {share:g} of the two others"
+    if record["single_max_kpa"] is not None:
+        alone = ", ".join(f"{p:g}" for p in record["single_max_kpa"])
+        limit += f";\n             alone, with {record['single_beside_kpa']:g} kPa in the others, up to {alone} kPa"
     return "\n".join(
         [
             layout_text(record),

@@ -52,7 +52,8 @@ def calibration_text(record: dict[str, Any]) -> str:
     limit = "" if beside is None else f", {beside:g} kPa in each with {share:g} of the two others"
     if record["single_max_kpa"] is not None:
         alone = ", ".join(f"{p:g}" for p in record["single_max_kpa"])
-        limit += f";\n             alone, with {record['single_beside_kpa']:g} kPa in the others, up to {alone} kPa"
+        few = f"{record['single_beside_kpa']:g} kPa in the others"
+        limit += f";\n             alone, with {few}, up to {alone} kPa"
     return "\n".join(
         [
             layout_text(record),

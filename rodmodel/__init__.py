@@ -11,7 +11,6 @@ if TYPE_CHECKING:
     from rodmodel.actuator import Actuator as Actuator
     from rodmodel.actuator import Domain as Domain
     from rodmodel.actuator import Layout as Layout
-    from rodmodel.control import LOADING as LOADING
     from rodmodel.control import Branch as Branch
     from rodmodel.control import Branches as Branches
     from rodmodel.control import BranchSolution as BranchSolution
@@ -52,7 +51,6 @@ if TYPE_CHECKING:
     from rodmodel.statics import Solution as Solution
 
 __all__ = [
-    "LOADING",
     "RESULTS",
     "Actuator",
     "Adaptive",
@@ -103,7 +101,6 @@ _HOMES = {
         "Layout",
     ),
     "rodmodel.control": (
-        "LOADING",
         "Branch",
         "BranchSolution",
         "Branches",

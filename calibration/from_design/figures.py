@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from calibration.from_design.judge_stage import RodErrors
@@ -25,7 +26,8 @@ _WORDS = {
 def png(figure: Figure) -> bytes:
     """Return a figure as PNG, and close it."""
     content = io.BytesIO()
-    figure.savefig(content, dpi=DOTS_PER_INCH, format="png")
+    figure.set_dpi(DOTS_PER_INCH)
+    FigureCanvasAgg(figure).print_png(content)
     plt.close(figure)
     return content.getvalue()
 

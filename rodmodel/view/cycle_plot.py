@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from rodmodel.io import atomic_part
+
 _UP, _DOWN = "#0072b2", "#d55e00"
 
 
@@ -38,4 +40,5 @@ def plot_cycle(record: dict[str, Any], file: str | Path) -> None:
         axes.set_ylabel(name)
         axes.grid(alpha=0.3)
     figure.axes[0].legend(frameon=False)
-    figure.savefig(file, dpi=150)
+    with atomic_part(file) as written:
+        figure.savefig(written, dpi=150, format=Path(file).suffix[1:])

@@ -127,9 +127,10 @@ static int covers_pressure(const rm_domain *domain, const rm_real *p)
         alone |= (domain->single_max[k] > R(0.0)) & (p[k] <= RM_SLACK * domain->single_max[k])
                  & (p[(k + 1) % 3] <= beside) & (p[(k + 2) % 3] <= beside);
     }
-    return alone | (p[0] <= RM_SLACK * domain->pressure_max[0]) & (p[1] <= RM_SLACK * domain->pressure_max[1])
-           & (p[2] <= RM_SLACK * domain->pressure_max[2])
-           & (sum <= RM_SLACK * domain->pressure_sum_max) & !outside;
+    const int together = (p[0] <= RM_SLACK * domain->pressure_max[0]) & (p[1] <= RM_SLACK * domain->pressure_max[1])
+                         & (p[2] <= RM_SLACK * domain->pressure_max[2])
+                         & (sum <= RM_SLACK * domain->pressure_sum_max) & !outside;
+    return alone | together;
 }
 
 static void fill_with_nan(rm_real *p, size_t count)

@@ -180,7 +180,7 @@ def test_loaded_states_and_those_behind_a_jump_are_told_apart():
 def exact() -> xr.Dataset:
     """Runs of which the shipped rods' own predictions are the answers, compiled and in many steps."""
     rows = {
-        "chamber1": [(10e3, 0.0, 0.0), (30e3, 0.0, 0.0), (70e3, 0.0, 0.0)],
+        "chamber1": [(10e3, 0.0, 0.0), (30e3, 0.0, 0.0), (75e3, 0.0, 0.0)],
         "force-upright-25": [(25e3, 0.0, 0.0)],
     }
     forces = {"chamber1": np.zeros(3), "force-upright-25": np.array([0.0, 0.03, 0.0])}
@@ -224,7 +224,7 @@ def exact() -> xr.Dataset:
 
 def test_a_truth_of_the_rods_own_has_no_error(exact):
     verdict = compare_with_truth(exact)
-    # 70 kPa is outside the domain.
+    # 75 kPa is outside the domain.
     assert verdict.judged.tolist() == [True, True, False, True]
     figures = judgement(verdict, "judge")
     assert (figures["states"], figures["judged"]) == (4, 3)

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import rodmodel
-from rodmodel import LOADING, Branch, Branches
+from rodmodel import Branch, Branches
+from rodmodel.control import LOADING
 from tests.unit.rodmodel import calibrations
 
 UP, DOWN = Branch(2, 1), Branch(2, -1)

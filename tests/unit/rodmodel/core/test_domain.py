@@ -1,11 +1,12 @@
 """Where the compiled rod says that its calibration ends: pressures, and moments on any section."""
 
+import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
-import rodmodel
 from rodmodel import CoreRod
 from rodmodel.core import Result
 from rodmodel.io import find
@@ -14,9 +15,19 @@ from tests.unit.rodmodel.sections import section_at
 STEPS = 16
 
 
+# A domain of a box and a sum.
+PLAIN = {
+    "pressure_max": (54e3, 53e3, 53e3),
+    "pressure_sum_max": 100e3,
+    "beside_share": 0.0,
+    "beside_max": math.inf,
+    "single_max": (0.0, 0.0, 0.0),
+}
+
+
 @pytest.fixture(scope="module")
 def rod() -> CoreRod:
-    return rodmodel.load_core("double-helix")
+    return with_domain()
 
 
 def loaded(rod: CoreRod, count: int) -> dict[str, np.ndarray]:
@@ -70,9 +81,9 @@ def test_outside_are_larger_moments_and_pressures(rod: CoreRod) -> None:
         assert np.all((rows["in_domain"] != 0) == expected)
 
 
-def with_domain(**changes: float) -> CoreRod:
+def with_domain(**changes: Any) -> CoreRod:
     found = find("double-helix", 0.0, 3e-3)
-    return CoreRod.of(replace(found, domain=replace(found.domain, **changes)))
+    return CoreRod.of(replace(found, domain=replace(found.domain, **{**PLAIN, **changes})))
 
 
 @pytest.mark.parametrize("share", [0.0, 4.0 / 7.0, 1.0])
@@ -122,9 +133,8 @@ def test_the_limit_beside_is_told_where_it_is_passed() -> None:
     ],
 )
 def test_a_least_pressure_and_a_chamber_alone_are_those_of_the_domain(limits: dict) -> None:
-    found = find("double-helix", 0.0, 3e-3)
-    domain = replace(found.domain, **limits)
-    rod = CoreRod.of(replace(found, domain=domain))
+    rod = with_domain(**limits)
+    domain = rod.domain
     random = np.random.default_rng(4)
     pressure = 75e3 * random.random((400, 3)) * random.choice([0.02, 1.0], (400, 3))
     states = rod.solve_many(pressure=pressure, steps=STEPS)

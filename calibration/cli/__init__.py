@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,9 +9,7 @@ from typing import Any
 
 from calibration.cli import _bounds, _ends, _fit_measured, _from_design, _report, _scale, _snapped, _truth
 from calibration.cli._arguments import (
-    BAD_INPUT,
     GOOD,
-    INTERRUPTED,
     NOT_CONVERGED,
     BadInputError,
     Parser,
@@ -22,6 +19,7 @@ from calibration.cli._arguments import (
     number,
     positive,
     refuse_unwritable,
+    run_command,
 )
 from calibration.cli._files import read_calibration_file, read_dataset, write_calibration_file
 from calibration.cli._pressures import add_pressures, add_single, with_pressures, with_single
@@ -33,20 +31,7 @@ _RIDGES, _FEATURES = 24, 16
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run ``rodmodel-calibrate`` and return the exit status."""
-    import jax
-
-    jax.config.update("jax_enable_x64", True)
-    given = sys.argv[1:] if arguments is None else list(arguments)
-    parser = _parser()
-    options = parser.parse_args(given)
-    command = shlex.join([parser.prog, *given])
-    try:
-        status: int = options.command(options, command)
-    except BadInputError as error:
-        return complain(f"{parser.prog}: {' '.join(str(error).split())}", BAD_INPUT)
-    except KeyboardInterrupt:
-        return complain(f"{parser.prog}: interrupted; states in a run's directory are kept", INTERRUPTED)
-    return status
+    return run_command(_parser(), arguments, "interrupted; states in a run's directory are kept")
 
 
 def _run(options: argparse.Namespace, command: str) -> int:
@@ -204,7 +189,7 @@ def _dataset(options: argparse.Namespace) -> Any:
     return dataset, with_single(domain, options)
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser() -> Parser:
     parser = Parser(
         prog="rodmodel-calibrate", description="Calibrate a section law on the finite-element cell."
     )

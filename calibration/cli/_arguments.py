@@ -3,8 +3,9 @@
 import argparse
 import json
 import math
+import shlex
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -23,6 +24,29 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Print the error in one line and exit."""
         self.exit(BAD_INPUT, f"{self.prog}: {message}\n")
+
+
+def run_command(parser: Parser, arguments: Sequence[str] | None, after_interrupt: str) -> int:
+    """Run the command that a parser's options name, in double precision, and return the exit status.
+
+    Parameters
+    ----------
+    parser : parser whose options have ``command``, a function of the options and the command's text.
+    arguments : of the command line; by default the process'.
+    after_interrupt : what is told after Ctrl-C.
+    """
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    given = sys.argv[1:] if arguments is None else list(arguments)
+    options = parser.parse_args(given)
+    try:
+        status: int = options.command(options, shlex.join([parser.prog, *given]))
+    except BadInputError as error:
+        return complain(f"{parser.prog}: {' '.join(str(error).split())}", BAD_INPUT)
+    except KeyboardInterrupt:
+        return complain(f"{parser.prog}: {after_interrupt}", INTERRUPTED)
+    return status
 
 
 def refuse_unwritable(argument: str, file: Path) -> None:

@@ -12,6 +12,7 @@ from jaxtyping import Float
 from fem_reference.algebra import SymmetricSolver, default_solver
 from fem_reference.cell.condensation import condense
 from fem_reference.cell.equations import CellEquations
+from fem_reference.cell.load import Load, load_of
 from fem_reference.cell.problem import CellProblem, CellTarget
 from fem_reference.cell.state import CellLinearisation, Configuration
 from fem_reference.design import Design
@@ -23,9 +24,7 @@ from fem_reference.geometry import (
     Core,
     DoubleHelix,
     Thread,
-    Units,
     Winding,
-    as_vector,
     refuse_implausible,
     refuse_load_beyond,
     refuse_pressure_beyond,
@@ -40,50 +39,6 @@ _FIRST_STEP, _STEP_FROM_A_START = 10.0, 1.0
 _UNLOADED = CellTarget(np.zeros(3), moment=np.zeros(3))
 
 CellEquilibrium = Equilibrium[Configuration, CellLinearisation]
-
-
-@dataclass(frozen=True)
-class Load:
-    """Load of the cell: pressures with either an external moment or an imposed curvature.
-
-    Parameters
-    ----------
-    pressure : gauge pressure of each chamber, not negative [Pa].
-    moment : external moment in the body frame [N m]; zero (free bending) by default.
-    curvature : imposed curvature and twist u in the body frame [1/m], instead of a moment.
-
-    Raises
-    ------
-    ValueError
-        For anything but three finite numbers each, a negative pressure, or both a moment and a curvature.
-    """
-
-    pressure: tuple[float, float, float]
-    moment: tuple[float, float, float] | None = None
-    curvature: tuple[float, float, float] | None = None
-
-    def __post_init__(self) -> None:
-        pressure = as_vector("pressure", self.pressure, "Pa")
-        if pressure.min() < 0.0:
-            raise ValueError(f"pressure: got {self.pressure!r} Pa, expected none below 0 Pa")
-        if self.moment is not None and self.curvature is not None:
-            raise ValueError("moment and curvature: got both, expected at most one of them")
-        for name, unit in (("moment", "N m"), ("curvature", "1/m")):
-            if getattr(self, name) is not None:
-                as_vector(name, getattr(self, name), unit)
-
-    @property
-    def in_plane(self) -> bool:
-        """Whether the load is its own mirror image in the plane y = 0."""
-        bend = self.curvature or self.moment or (0.0, 0.0, 0.0)
-        return self.pressure[1] == self.pressure[2] and bend[0] == bend[2] == 0.0
-
-    def _target(self, units: Units) -> CellTarget:
-        pressure = np.asarray(self.pressure, float) / units.megapascal
-        if self.curvature is not None:
-            return CellTarget(pressure, curvature=np.asarray(self.curvature, float) / units.metre)
-        given = (0.0, 0.0, 0.0) if self.moment is None else self.moment
-        return CellTarget(pressure, moment=np.asarray(given, float) * units.metre / units.newton)
 
 
 @dataclass(frozen=True)
@@ -365,14 +320,14 @@ def follow(
     try:
         here, target, step = cell._at_rest(), _UNLOADED, _FIRST_STEP
         if start is not None:
-            target, step = start.load._target(units), _STEP_FROM_A_START
+            target, step = start.load.target(units), _STEP_FROM_A_START
             begun = cell.equations.symmetrised(start.configuration)
             here = solve_equilibrium(problem, solver, target, begun, options=cell.options)
         follower = PathFollower(problem, solver, here, target, step, creeps=jumps, options=cell.options)
         for load in loads:
             cell.refuse(load)
             before = follower.iterations
-            goal = load._target(units)
+            goal = load.target(units)
             follower.target = _restated(follower.target, follower.equilibrium, goal, cell.equations.period)
             found = follower.follow(goal)
             state = cell._state(load, found, goal, follower.iterations - before, follower.jumped)
@@ -388,7 +343,7 @@ def follow(
         except NewtonError:
             # Near an instability even the last equilibrium may not converge again.
             raise CellError(message, state, error.unstable) from error
-        reached = cell._state(_load_of(error.target, units), last, error.target, 0, follower.jumped)
+        reached = cell._state(load_of(error.target, units), last, error.target, 0, follower.jumped)
         raise CellError(message, reached, error.unstable) from error
 
 
@@ -399,17 +354,3 @@ def _restated(here: CellTarget, at: CellEquilibrium, goal: CellTarget, period: f
     if goal.curvature is not None:
         return CellTarget(here.pressure, curvature=at.configuration.curvature)
     return CellTarget(here.pressure, moment=at.own_linear.strain_residual[:3] / period)
-
-
-def _load_of(target: CellTarget, units: Units) -> Load:
-    pressure = _triple(target.pressure * units.megapascal)
-    if target.curvature is not None:
-        return Load(pressure, curvature=_triple(target.curvature * units.metre))
-    if target.moment is None:
-        return Load(pressure)
-    return Load(pressure, moment=_triple(target.moment * units.newton / units.metre))
-
-
-def _triple(vector: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
-    first, second, third = (float(value) for value in vector)
-    return first, second, third

@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from fem_reference import Design, Winding
     from rodmodel import Domain
 
-# Domain where neither design nor options tell it, in the body's megapascals and newton millimetres (`Units`):
-# largest pressure, sum of pressures, moment and torque.
-_PRESSURE, _PRESSURE_SUM, _MOMENT, _TORQUE = 60e-3, 110e-3, 6.6, 3.3
+# Largest pressure and sum of pressures where neither design nor options tell them, in the body's megapascals
+# (`Units`).
+_PRESSURE, _PRESSURE_SUM = 60e-3, 110e-3
 
 
 def orientations(options: argparse.Namespace) -> list[float]:
@@ -77,12 +77,13 @@ def _winding(options: argparse.Namespace, own: "Design", psi: list[float]) -> "W
 
 def run_domain(options: argparse.Namespace, actuator: "Design") -> "Domain":
     """Return the domain of the options; else the design's pressures; else that of all bodies, scaled."""
+    from calibration.sweep import usual_moments
     from rodmodel import Domain
 
     units = actuator.units
     first, second, third = actuator.pressure_max or (_PRESSURE * units.megapascal,) * 3
     total = actuator.pressure_sum_max or _PRESSURE_SUM * units.megapascal
-    moment, torque = (share * units.newton / units.metre for share in (_MOMENT, _TORQUE))
+    moment, torque = usual_moments(actuator)
     if options.moment_max_nmm is not None:
         moment = 1e-3 * options.moment_max_nmm
     if options.torque_max_nmm is not None:

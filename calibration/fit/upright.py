@@ -11,12 +11,12 @@ runs of the full actuator to say.
 import numpy as np
 from jaxtyping import Bool, Float
 
+from calibration.sweep import STIFFER
+
 # Least lateral stiffness of a section relative to the median of its three.
 UPRIGHT = 0.5
 # Share of a section's softest direction that lies across its bending plane, above which it is lateral.
 _ACROSS = 0.8
-# Growth of the softness, relative to the median stiffness, that tells of folded walls.
-_STIFFER = 0.1
 # Curvature below which a section has no bending plane [1/m].
 _STRAIGHT = 1.0
 
@@ -77,7 +77,7 @@ def leaned_over(
     for name in np.unique(path[held]):
         rows = np.flatnonzero((path == name) & held)
         least = np.minimum.accumulate(softness[rows])
-        again = (least < UPRIGHT) & (softness[rows] > least + _STIFFER)
+        again = (least < UPRIGHT) & (softness[rows] > least + STIFFER)
         leaned[rows] = np.maximum.accumulate(again)
     return leaned
 

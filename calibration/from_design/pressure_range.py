@@ -19,7 +19,7 @@ import numpy as np
 from calibration.from_design.stage_record import StageError, kept
 from calibration.from_design.task import Task
 from calibration.progress import progress_bar
-from calibration.sweep import usual_end_compliance
+from calibration.sweep import usual_end_compliance, usual_moments
 from fem_reference import CellError, CellState, Design, Load, PeriodCell, design_text, follow, level_record
 from fem_reference.cell import stretch_beyond_tests
 from rodmodel import Domain
@@ -32,8 +32,6 @@ ANGLE, STABILITY, STRETCH, SOLVER, GIVEN = "angle", "stability", "stretch", "sol
 _STEP, _MOST = 4e-3, 0.5
 # Bisections of the step in which a path ends.
 _HALVINGS = 2
-# Largest moment and torque on a section, in the body's newton millimetres, as of `rodmodel-calibrate run`.
-_MOMENT, _TORQUE = 6.6, 3.3
 _ALIKE = ("ring", "six-helix", "none")
 
 
@@ -245,8 +243,7 @@ def domain_of(design: Design, ends: Sequence[PathEnd]) -> Domain:
 
     Its corners are those of one chamber and of two. Pressures found are rounded down to three digits.
     """
-    units = design.units
-    moment, torque = (share * units.newton / units.metre for share in (_MOMENT, _TORQUE))
+    moment, torque = usual_moments(design)
     if design.pressure_max is not None and design.pressure_sum_max is not None:
         return Domain(design.pressure_max, design.pressure_sum_max, moment, torque)
     single = {end.chambers[0]: end.pressure for end in ends if len(end.chambers) == 1}

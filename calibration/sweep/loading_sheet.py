@@ -19,8 +19,8 @@ Trace = Callable[[Sequence[Load], CellState | None], Iterator[CellState]]
 
 # Directions softer than this fraction of the median stiffness are those in which the section gives way.
 SOFT = 0.25
-# Growth of the softness, relative to the median stiffness, that tells of folded walls.
-_STIFFER = 0.1
+#: Growth of the softness, relative to the median stiffness, that tells of folded walls.
+STIFFER = 0.1
 # Steps at imposed curvature for one of the path's: the curvature is foreseen, and not corrected.
 STEPS = 4
 # Changes of (u, p) in the plane of symmetry: the projection on them.
@@ -102,7 +102,7 @@ def _leaned_over(before: CellState, after: CellState) -> bool:
         value = np.linalg.eigvalsh(state.hessian[:3, :3])
         softness.append(float(value[0] / np.median(value)))
     first, now = softness
-    return first < SOFT and now > first + _STIFFER
+    return first < SOFT and now > first + STIFFER
 
 
 def foreseen_curvature(state: CellState, load: Load) -> tuple[float, float, float]:

@@ -35,6 +35,8 @@ RUN_FILE = "run.json"
 # Compliance of the ends, in the body's millimetres per newton, as `calibration.ends` fits it to the paper's
 # actuator.
 _END_COMPLIANCE = 0.23
+# Largest bending moment and torque on a section, in the body's newton millimetres.
+_MOMENT, _TORQUE = 6.6, 3.3
 
 
 class RunError(ValueError):
@@ -128,6 +130,12 @@ class RunPlan:
             "pressure_step": self.pressure_step,
             "design": design_text(self.actuator),
         }
+
+
+def usual_moments(actuator: Design) -> tuple[float, float]:
+    """Return the largest bending moment and torque of a sweep [N m]: the paper's, scaled."""
+    units = actuator.units
+    return _MOMENT * units.newton / units.metre, _TORQUE * units.newton / units.metre
 
 
 def usual_end_compliance(actuator: Design) -> float:

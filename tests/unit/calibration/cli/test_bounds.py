@@ -25,7 +25,6 @@ def test_a_file_gets_its_bound_and_where_it_comes_from(tmp_path, capsys):
     assert main(["bounds", str(file), "--json"]) == 0
     (row,) = json.loads(capsys.readouterr().out)["bounds"]
     after = read_calibration(file)
-    assert after.bound is not None
     np.testing.assert_allclose(row["bound"]["angle_deg"], np.degrees(after.bound.angle))
     np.testing.assert_allclose(row["bound"]["tip_mm"], 1e3 * np.array(after.bound.tip))
     note = after.provenance["bound"]

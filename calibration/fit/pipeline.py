@@ -30,10 +30,8 @@ TRIAL_ITERATIONS = 15
 # States whose least stiffness is below this fraction of the median are left out: they are close to a snap,
 # which no smooth law can follow.
 SOFTEST = 0.1
-# Pressure step in which a state's Hessian predicts the gradient [Pa].
-NEAR_PRESSURE = 4e3
-# The same for moments, relative to the largest moment.
-NEAR_MOMENT = 0.25
+# Steps in which a state's Hessian predicts the gradient: of pressure and moment, relative to the largest.
+NEAR_PRESSURE, NEAR_MOMENT = 0.073, 0.25
 # Weight of the squared parameters in the loss, see `fit`.
 PRIOR = 3e-3
 # The same for the distance from the law of another winding.
@@ -88,7 +86,8 @@ def prepare(
 
 def metric_in(domain: Domain, samples: Samples, length: float) -> Metric:
     """Return the metric of the residuals for states of a domain."""
-    return metric(samples, length, NEAR_PRESSURE, NEAR_MOMENT * float(domain.moment_max))
+    pressure_step = NEAR_PRESSURE * max(domain.pressure_max)
+    return metric(samples, length, pressure_step, NEAR_MOMENT * float(domain.moment_max))
 
 
 def symmetry_of(run: dict[str, Any]) -> str:

@@ -18,7 +18,9 @@ PRESSURES = 20_000
 SOFTEST = 0.03
 # Pressures of each chamber alone at which a law is tested.
 _SINGLES = 2000
-_STEP = 500.0  # a narrowed domain is rounded down to a multiple of this [Pa]
+# A narrowed domain is rounded down to a multiple of a round number of pascals: a fortieth to a four-hundredth
+# of its largest pressure.
+_LEAST_STEPS = 40.0
 
 
 def unstable_pressures(law: AnyLaw, domain: Domain, seed: int = 0) -> Float[np.ndarray, "n 3"]:
@@ -50,18 +52,24 @@ def narrowed(law: AnyLaw, domain: Domain) -> Domain:
 
     Those of single chambers are lowered to where the law stands, chamber by chamber.
     """
-    bad = unstable_pressures(law, domain)
+    bad, step = unstable_pressures(law, domain), _step(domain)
     while len(bad):
         share = float((bad / np.asarray(domain.pressure_max)).max(axis=1).min())
         first, second, third = (
-            _STEP * (math.ceil(share * largest / _STEP) - 1) for largest in domain.pressure_max
+            step * (math.ceil(share * largest / step) - 1) for largest in domain.pressure_max
         )
         domain = replace(domain, pressure_max=(first, second, third))
         bad = unstable_pressures(law, domain)
-    return replace(domain, single_max=_single_max(law, domain))
+    return replace(domain, single_max=_single_max(law, domain, step))
 
 
-def _single_max(law: AnyLaw, domain: Domain) -> tuple[float, float, float]:
+def _step(domain: Domain) -> float:
+    """Return the step of a domain's pressures [Pa], such as 500 Pa for 20 to 200 kPa."""
+    largest = max(domain.pressure_max) / _LEAST_STEPS
+    return float(5.0 * 10.0 ** math.floor(math.log10(largest / 5.0)))
+
+
+def _single_max(law: AnyLaw, domain: Domain, step: float) -> tuple[float, float, float]:
     """Return the largest pressure of each chamber alone up to which the law is stable; 0 if it gains none."""
     rng = np.random.default_rng(0)
     found = []
@@ -73,7 +81,7 @@ def _single_max(law: AnyLaw, domain: Domain) -> tuple[float, float, float]:
         pressure[:, chamber] = most * np.linspace(0.0, 1.0, _SINGLES)
         psi = 2.0 * np.pi * rng.random(_SINGLES)
         bad = pressure[_unstable(law, pressure, psi), chamber]
-        end = most if not len(bad) else _STEP * (math.ceil(float(bad.min()) / _STEP) - 1)
+        end = most if not len(bad) else step * (math.ceil(float(bad.min()) / step) - 1)
         found.append(end if end > domain.pressure_max[chamber] else 0.0)
     return found[0], found[1], found[2]
 

@@ -1,6 +1,7 @@
 """Stage 2: the mesh of the sweep, and how far its angles are from those of other meshes.
 
-One chamber, and two, bend the cell on the mesh of the sweep, on a finer one, and on that of the actuator.
+One chamber, and two, bend the cell on the mesh of the sweep, on a finer one, and on that of the actuator. A
+cheaper mesh is the sweep's if its angles are within 1.5 % of those on the finer one.
 """
 
 import math
@@ -18,6 +19,8 @@ from rodmodel import Domain
 
 # Share of the range of pressures at which meshes are compared.
 _SHARE = 0.75
+# Largest error of a cheaper mesh that is taken.
+_CLOSE = 0.015
 # Loads on the way to it, so that their time is one of a state of the sweep.
 _STEPS = 4
 
@@ -31,6 +34,7 @@ class MeshCheck:
     pressures : of the three chambers, of each load: of one chamber, then of two [Pa].
     sweep, finer, actuator : angles at these loads on each mesh [rad]; NaN where a mesh did not converge.
     seconds : time of a state on the mesh of the sweep [s].
+    cheaper : whether the sweep has the cheaper mesh.
     """
 
     pressures: tuple[tuple[float, float, float], ...]
@@ -38,6 +42,7 @@ class MeshCheck:
     finer: tuple[float, ...]
     actuator: tuple[float, ...]
     seconds: float
+    cheaper: bool = False
 
     @classmethod
     def of(cls, record: Mapping[str, Any]) -> "MeshCheck":
@@ -47,7 +52,7 @@ class MeshCheck:
             for key in ("sweep", "finer", "actuator")
         }
         first, second = (tuple(p) for p in record["pressures"])
-        return cls((first, second), **angles, seconds=record["seconds"])
+        return cls((first, second), **angles, seconds=record["seconds"], cheaper=record["cheaper"])
 
     def record(self) -> dict[str, Any]:
         """Return the check for JSON."""
@@ -55,7 +60,12 @@ class MeshCheck:
             key: [None if math.isnan(a) else a for a in getattr(self, key)]
             for key in ("sweep", "finer", "actuator")
         }
-        return {"pressures": [list(p) for p in self.pressures], **angles, "seconds": self.seconds}
+        return {
+            "pressures": [list(p) for p in self.pressures],
+            **angles,
+            "seconds": self.seconds,
+            "cheaper": self.cheaper,
+        }
 
     def error(self, chambers: int) -> float:
         """Return what the sweep's angles are wrong by, relative to the finer mesh's.
@@ -64,13 +74,16 @@ class MeshCheck:
         ----------
         chambers : number of chambers with pressure; with three, the larger of both errors.
         """
-        errors = [abs(own / finer - 1.0) for own, finer in zip(self.sweep, self.finer, strict=True)]
-        return _of(errors, chambers)
+        return _of(_errors(self.sweep, self.finer), chambers)
 
     def ratio(self, chambers: int) -> float:
         """Return the sweep's angle relative to that on the actuator's mesh; with three chambers, the mean."""
         ratios = [own / its for own, its in zip(self.sweep, self.actuator, strict=True)]
         return float(np.mean(ratios)) if chambers > 2 else ratios[chambers - 1]
+
+
+def _errors(angles: Sequence[float], finer: Sequence[float]) -> list[float]:
+    return [abs(own / its - 1.0) for own, its in zip(angles, finer, strict=True)]
 
 
 def _of(errors: Sequence[float], chambers: int) -> float:
@@ -95,14 +108,26 @@ def check_meshes(design: Design, domain: Domain, meshes: Meshes, compliance: flo
             known[name] = _angles(design, level, compliance, pressures)
         return known[name]
 
-    found = []
     with progress_bar(3, "meshes") as advance:
-        for level in (meshes.sweep, meshes.finer, meshes.actuator):
+
+        def shown(level: Level) -> tuple[tuple[float, ...], float]:
             advance(0, level_title(level))
-            found.append(on(level))
+            found = on(level)
             advance(1, level_title(level))
-    (sweep, seconds), (finer, _), (actuator, _) = found
-    return MeshCheck(pressures, sweep, finer, actuator, seconds)
+            return found
+
+        actuator, _ = shown(meshes.actuator)
+        finer, _ = shown(meshes.finer)
+        level, cheaper = meshes.sweep, False
+        if meshes.cheaper is not None and is_close(on(meshes.cheaper)[0], finer):
+            level, cheaper = meshes.cheaper, True
+        sweep, seconds = shown(level)
+    return MeshCheck(pressures, sweep, finer, actuator, seconds, cheaper)
+
+
+def is_close(angles: Sequence[float], finer: Sequence[float]) -> bool:
+    """Return whether a mesh is near enough to a finer one for a sweep; not if one of them is NaN."""
+    return all(error <= _CLOSE for error in _errors(angles, finer))
 
 
 def check_pressures(domain: Domain) -> tuple[tuple[float, float, float], ...]:

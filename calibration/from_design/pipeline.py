@@ -69,8 +69,9 @@ def calibrate(task: Task, say: Say = print, iterations: int = ITERATIONS) -> Fin
 
 @dataclass(frozen=True)
 class _Begun:
-    """Results of the stages before the sweep."""
+    """Results of the stages before the sweep, and the task with the mesh that was chosen."""
 
+    task: Task
     ends: tuple[PathEnd, ...]
     domain: Domain
     mesh: MeshCheck
@@ -84,7 +85,7 @@ def _calibrate(task: Task, say: Say, iterations: int, stages: Stages) -> Finding
     if near and near[0].distance < _SIMILAR:
         say(f"similar to {near[0].title}: `rodmodel-calibrate scale` gives the law of that for nothing")
     begun = _begin(task, say, stages)
-    notes = begun.notes
+    task, notes = begun.task, begun.notes
     stages.begin("sweep")
     planned = _planned(task, begun, say)
     stages.expect("sweep", planned["seconds"])
@@ -147,6 +148,8 @@ def _begin(task: Task, say: Say, stages: Stages) -> _Begun:
     say(f"range: {domain.largest_pressures('kPa')}")
     stages.begin("mesh")
     mesh = _meshes(task, domain)
+    if mesh.cheaper and task.levels.cheaper is not None:
+        task = replace(task, meshes=replace(task.levels, sweep=task.levels.cheaper))
     percent = mesh_percent(mesh)
     say(
         f"mesh: {level_title(task.levels.sweep)}; its angles are off those of "
@@ -176,7 +179,7 @@ def _begin(task: Task, say: Say, stages: Stages) -> _Begun:
             lambda: end_compliance(task.design, runs),
         )
     say(f"end compliance: {1e3 * compliance['value']:.3g} mm/N, from {compliance['from']}")
-    return _Begun(ends, domain, mesh, runs, compliance, notes)
+    return _Begun(task, ends, domain, mesh, runs, compliance, notes)
 
 
 def _meshes(task: Task, domain: Domain) -> MeshCheck:
@@ -186,6 +189,7 @@ def _meshes(task: Task, domain: Domain) -> MeshCheck:
         "pressures": check_pressures(domain),
         "end_compliance": compliance,
         "meshes": [level_record(level) for level in (levels.sweep, levels.finer, levels.actuator)],
+        "cheaper": None if levels.cheaper is None else level_record(levels.cheaper),
     }
     record = kept(
         task.directory, "mesh", inputs, lambda: check_meshes(task.design, domain, levels, compliance).record()

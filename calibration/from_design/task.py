@@ -17,7 +17,7 @@ def level_title(level: Level) -> str:
 
 
 _UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0}
-# From these budgets on, the cell has the mesh near its limit, and more runs of the actuator judge [s].
+# From these budgets on, the cell may have the mesh near its limit, and more runs of the actuator judge [s].
 _CONVERGED, _THOROUGH = 3600.0, 4 * 3600.0
 # Shortest budget: the runs of the actuator take longer than any shorter one [s].
 _LEAST = 60.0
@@ -49,7 +49,7 @@ class Budget:
 
     @property
     def converged(self) -> bool:
-        """Whether the cell has the mesh on which it is near its limit."""
+        """Whether there is time for the mesh on which the cell is near its limit."""
         return self.seconds >= _CONVERGED
 
     @property
@@ -68,12 +68,15 @@ class Meshes:
     sweep : of the cells that the law is fitted to.
     finer : of those that tell the sweep's discretisation error.
     actuator : of the full actuator.
+    cheaper : of the sweep, in the place of its own, if angles on it are close enough to those on the finer
+        one; None if it is not to be tried.
     """
 
     first: Level
     sweep: Level
     finer: Level
     actuator: Level
+    cheaper: Level | None = None
 
     @classmethod
     def of(cls, budget: Budget, design: Design) -> "Meshes":
@@ -83,7 +86,10 @@ class Meshes:
             return cls("coarse", "coarse", best if best != "coarse" else "fine", "coarse")
         level = mesh_level(best)
         finer: Level = "finer" if best == "fine" else replace(level, axial_size=0.75 * level.axial_size)
-        return cls("coarse", best, finer, "layered" if budget.thorough else "coarse")
+        if budget.thorough:
+            return cls("coarse", best, finer, "layered")
+        # Five times as many states are worth more to a law than a percent of the angle.
+        return cls("coarse", best, finer, "coarse", None if best == "coarse" else "coarse")
 
 
 @dataclass(frozen=True)

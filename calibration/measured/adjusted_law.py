@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from rodmodel import CurvatureLaw, Rod, SectionLaw
+from rodmodel import CurvatureLaw, Domain, Rod, SectionLaw
 from rodmodel.io import Adjustment, OuterWall, scaled_ends
 
 NAMES = (
@@ -94,6 +94,11 @@ class AdjustedCurvatureLaw(CurvatureLaw):
     def stiffness(self, curvature: Float[Array, "3"]) -> Float[Array, "3 3"]:
         """Tangent stiffness ∂²Π/∂u² [N m²]."""
         return self.scale * (self.law.stiffness(curvature) + self.walls)
+
+
+def units_of(domain: Domain) -> Float[np.ndarray, "10"]:
+    """Return the unit of each parameter: a map's largest pressure for offsets, and 1 for numbers."""
+    return np.array([1.0] * 4 + [max(domain.pressure_max)] * 3 + [1.0] * 3)
 
 
 def default_parameters() -> np.ndarray:

@@ -2,16 +2,17 @@
 
 import numpy as np
 
-from calibration.measured.adjusted_law import NAMES
+from calibration.measured.adjusted_law import NAMES, units_of
 from calibration.measured.csv_file import ANGLE, PLANE, POSITIONS, Measured
 from rodmodel import CoreRod, Rod
 
 # Plausible range of each parameter for a moulding and sensor of the map's actuator, with unit and factor to
-# it. Wall variations are not restricted, because the data hardly determine them.
+# it; that of offsets is relative to the map's largest pressure. Wall variations are not restricted, because
+# the data hardly determine them.
 _PLAUSIBLE = (
     (0.3, 3.0, "", 1.0),
     *((0.5, 2.0, "", 1.0),) * 3,
-    *((-10e3, 10e3, " kPa", 1e-3),) * 3,
+    *((-0.18, 0.18, " kPa", 1e-3),) * 3,
     *((-np.inf, np.inf, "", 1.0),) * 3,
 )
 # Factors of the pressure that are tried.
@@ -108,20 +109,21 @@ def doubts_of_fit(
     """
     of_map, adjusted = residuals
     states = len(measured.lines)
-    found = []
+    found, units = [], units_of(rod.domain)
     if states < _FEWEST_STATES:
         found.append(f"{_counted(states)} measured, repeats not counted: expected {_FEWEST_STATES} at least")
     elif free and adjusted.size <= len(free):
         found.append(f"{adjusted.size} measured numbers for {len(free)} parameters: nothing left to judge by")
     for n in free:
         least, most, unit, factor = _PLAUSIBLE[n]
+        least, most = units[n] * least, units[n] * most
         value = parameters[n]
         if n in at_bound:
             found.append(f"{NAMES[n]} is at its bound, {factor * value:.3g}{unit}")
         elif not least <= value <= most:
             found.append(
-                f"{NAMES[n]} is {factor * value:.3g}{unit}, expected {factor * least:g} to "
-                f"{factor * most:g}{unit} of the map's actuator"
+                f"{NAMES[n]} is {factor * value:.3g}{unit}, expected {factor * least:.3g} to "
+                f"{factor * most:.3g}{unit} of the map's actuator"
             )
     if 2 * outside > states:
         found.append(f"{outside} of {states} states lie beyond the map when adjusted")

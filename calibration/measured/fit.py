@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import norm, t
 
-from calibration.measured.adjusted_law import NAMES, default_parameters
+from calibration.measured.adjusted_law import NAMES, default_parameters, units_of
 from calibration.measured.csv_file import Measured
 from calibration.measured.doubts import doubts_of_fit
 from calibration.measured.held_out import held_out
@@ -19,14 +19,14 @@ from calibration.measured.states import Repeats, states_of
 from rodmodel import Rod
 from rodmodel.io import OuterWall
 
-# Plausible spread of each parameter about its default: a fifth, and 2 kPa for offsets.
-SPREAD = np.array([0.2] * 4 + [2e3] * 3 + [0.2] * 3)
+# Plausible spread of each parameter about its default; of offsets, relative to the map's largest pressure.
+_SPREAD = np.array([0.2] * 4 + [0.035] * 3 + [0.2] * 3)
 # Rank for holding parameters at their defaults: wall variations first, gains last, because they describe most
 # of the difference between actuators.
 _KEEP_FIRST = (1, 0, 0, 0, 2, 2, 2, 3, 3, 3)
-# Bounds of the parameters.
-LEAST = np.array([0.1] * 4 + [-50e3] * 3 + [-0.9] * 3)
-MOST = np.array([10.0] * 4 + [50e3] * 3 + [9.0] * 3)
+# Bounds of the parameters; of offsets, likewise.
+_LEAST = np.array([0.1] * 4 + [-0.9] * 6)
+_MOST = np.array([10.0] * 4 + [0.9] * 3 + [9.0] * 3)
 # Repetitions of the fit at most, with new noise or from a lower minimum.
 _REPEATS = 5
 # Lower bound of the estimated noise relative to the given one, above the tolerance of the rod's solver.
@@ -118,7 +118,8 @@ def fit_measured(
             return found
         except LowerMinimumError as lower:
             # A profile clips its own parameter only.
-            start = np.clip(_parameters(estimate.free, lower.parameters), LEAST, MOST)
+            ends = (bound * units_of(rod.domain) for bound in (_LEAST, _MOST))
+            start = np.clip(_parameters(residuals, estimate.free, lower.parameters), *ends)
     raise MeasuredFitError("least squares: found ever lower minima; the data hardly determine the parameters")
 
 
@@ -140,7 +141,7 @@ def _estimate(residuals: Residuals, slopes: np.ndarray, noise: Noise, start: np.
     """Minimise over the parameters that the data determine, with given or estimated noise."""
     scale, free_before = 1.0, None
     for _ in range(_REPEATS):
-        free, held = identify(slopes / scale, NAMES, SPREAD, _KEEP_FIRST)
+        free, held = identify(slopes / scale, NAMES, _spread(residuals), _KEEP_FIRST)
         if free == free_before:
             break
         found, at_bound = _minimise(residuals, free, start)
@@ -156,8 +157,8 @@ def _estimate(residuals: Residuals, slopes: np.ndarray, noise: Noise, start: np.
         scale, free_before = max(math.sqrt(squares), _LEAST_NOISE), free
     error = np.full(len(NAMES), np.nan)
     if free:
-        inverse = np.linalg.pinv(at_end[:, free] * SPREAD[free])
-        error[free] = scale * SPREAD[free] * np.linalg.norm(inverse, axis=1)
+        spread = _spread(residuals)[free]
+        error[free] = scale * spread * np.linalg.norm(np.linalg.pinv(at_end[:, free] * spread), axis=1)
     width = float(t.ppf(0.975, degrees)) if noise.estimate else float(norm.ppf(0.975))
     return _Estimate(found, error, free, tuple(held), at_bound, scale, squares, (scale * width) ** 2)
 
@@ -167,7 +168,7 @@ def _result(residuals: Residuals, estimate: _Estimate, of_map: np.ndarray, repea
     found, free = estimate.parameters, estimate.free
     adjusted, slopes = residuals(found)
     outside = int(np.sum(~residuals.inside(found)))
-    left_out = held_out(adjusted, slopes[:, free] * SPREAD[free], estimate.noise_scale)
+    left_out = held_out(adjusted, slopes[:, free] * _spread(residuals)[free], estimate.noise_scale)
     return MeasuredFit(
         parameters=found,
         standard_error=estimate.standard_error,
@@ -201,9 +202,9 @@ def _minimise(residuals: Residuals, free: list[int], start: np.ndarray) -> tuple
         return default_parameters(), []
     ended = least_squares(
         lambda x: _over_spread(residuals, free, x)[0],
-        _scaled(free, start),
+        _scaled(residuals, free, start),
         lambda x: _over_spread(residuals, free, x)[1],
-        bounds=tuple(_scaled(free, bound) for bound in (LEAST, MOST)),
+        bounds=_bounds(residuals, free),
         xtol=1e-9,
         ftol=1e-10,
         gtol=1e-10,
@@ -214,32 +215,43 @@ def _minimise(residuals: Residuals, free: list[int], start: np.ndarray) -> tuple
             f"least squares did not converge in {ended.nfev} evaluations: are the data of the map's "
             "actuator, and the columns those of their names?"
         )
-    return _parameters(free, ended.x), [free[n] for n in np.flatnonzero(ended.active_mask)]
+    return _parameters(residuals, free, ended.x), [free[n] for n in np.flatnonzero(ended.active_mask)]
 
 
 def _intervals(residuals: Residuals, estimate: _Estimate) -> np.ndarray:
     """Return the profile intervals of the parameters, (10, 2); NaN for held ones."""
     free, interval = estimate.free, np.full((len(NAMES), 2), np.nan)
     if free:
-        found, least, most = (_scaled(free, p) for p in (estimate.parameters, LEAST, MOST))
+        found, (least, most) = _scaled(residuals, free, estimate.parameters), _bounds(residuals, free)
         ends = profile_intervals(partial(_over_spread, residuals, free), found, estimate.rise, least, most)
-        interval[free] = default_parameters()[free, None] + SPREAD[free, None] * ends
+        interval[free] = default_parameters()[free, None] + _spread(residuals)[free, None] * ends
     return interval
 
 
 def _over_spread(residuals: Residuals, free: list[int], x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return residuals (n,) and slopes (n, free) at scaled free parameters, see `_scaled`."""
-    residual, slopes = residuals(_parameters(free, x))
-    return residual.ravel(), slopes[:, free] * SPREAD[free]
+    residual, slopes = residuals(_parameters(residuals, free, x))
+    return residual.ravel(), slopes[:, free] * _spread(residuals)[free]
 
 
-def _scaled(free: list[int], parameters: np.ndarray) -> np.ndarray:
+def _spread(residuals: Residuals) -> np.ndarray:
+    return _SPREAD * units_of(residuals.rod.domain)
+
+
+def _bounds(residuals: Residuals, free: list[int]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the scaled bounds of the free parameters."""
+    units = units_of(residuals.rod.domain)
+    return _scaled(residuals, free, _LEAST * units), _scaled(residuals, free, _MOST * units)
+
+
+def _scaled(residuals: Residuals, free: list[int], parameters: np.ndarray) -> np.ndarray:
     """Return the free parameters as differences from their defaults over their spreads."""
-    return ((parameters - default_parameters()) / SPREAD)[free]
+    scaled: np.ndarray = ((parameters - default_parameters()) / _spread(residuals))[free]
+    return scaled
 
 
-def _parameters(free: list[int], x: np.ndarray) -> np.ndarray:
+def _parameters(residuals: Residuals, free: list[int], x: np.ndarray) -> np.ndarray:
     """Return all parameters from scaled free ones: the inverse of `_scaled`."""
     parameters = default_parameters()
-    parameters[free] += SPREAD[free] * x
+    parameters[free] += _spread(residuals)[free] * x
     return parameters

@@ -36,7 +36,7 @@ class Inverse:
     ----------
     pressure : pressures of chambers 1, 2 and 3, within the calibrated domain [Pa], (3,). For a target out of
         reach, the nearest ones.
-    reached : whether the target is met, to 0.1 mm or 1e-3 rad.
+    reached : whether the target is met, to 0.15 % of the length of body and cap or 1e-3 rad.
     distance : remaining distance to the target, of the tip [m] or of the bend (θ cos γ, θ sin γ) [rad].
     converged : whether the search ended at a local minimum of the distance, where the rod has an equilibrium.
     nearest : whether no pressures of the domain come nearer by more than the tolerance: the target is

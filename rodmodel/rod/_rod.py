@@ -191,8 +191,8 @@ class Rod(eqx.Module):
         """Return pressures for a target bend, or a target position of the tip, with least co-contraction.
 
         Pressures stay within the calibrated domain. One chamber has no pressure wherever the target can be
-        met so, to 0.1 mm or 1e-3 rad. For a target out of reach, `reached` is false, the pressures are the
-        nearest that the search found, and `distance` is what remains.
+        met so, to 0.15 % of the length or 1e-3 rad. For a target out of reach, `reached` is false, the
+        pressures are the nearest that the search found, and `distance` is what remains.
 
         Parameters
         ----------

@@ -9,6 +9,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
@@ -18,8 +19,8 @@ from rodmodel.control import Workspace
 from rodmodel.io import atomic_part
 from rodmodel.view.rod_shape import CHAMBER_COLOURS
 
-# Steps between lines of equal pressure, and between circles of equal angle.
-_LINES_KPA = 10.0
+# Lines of equal pressure of a chamber at most, and steps between circles of equal angle.
+_LINES = 7
 _CIRCLE_DEG = 30.0
 
 
@@ -97,6 +98,7 @@ def _draw_map(axes: Axes, space: Workspace, meshes: list[_Mesh]) -> None:
     angle_deg = np.degrees(space.bending_angle)
     bend = angle_deg[:, None] * np.stack([np.cos(space.bending_plane), np.sin(space.bending_plane)], axis=1)
     axes.plot(*bend[space.face == 3].T, ".", color="0.6", markersize=1.0, zorder=0)
+    levels = MaxNLocator(_LINES, steps=[1, 2, 5, 10]).tick_values(0.0, 1e-3 * float(space.pressure.max()))[1:]
     for mesh in meshes:
         axes.add_collection(
             PolyCollection(bend[mesh.triangles], facecolors=mesh.colours, edgecolors="face", linewidths=0.3)
@@ -104,11 +106,11 @@ def _draw_map(axes: Axes, space: Workspace, meshes: list[_Mesh]) -> None:
         in_map = Triangulation(bend[mesh.rows, 0], bend[mesh.rows, 1], mesh.plane.triangles)
         for chamber in mesh.pair:
             kpa = 1e-3 * space.pressure[mesh.rows, chamber]
-            levels = np.arange(_LINES_KPA, kpa.max() + 1e-6, _LINES_KPA)
-            if len(levels):
-                axes.tricontour(in_map, kpa, levels=levels, colors=CHAMBER_COLOURS[chamber], linewidths=0.8)
+            reached = levels[levels <= kpa.max() + 1e-6]
+            if len(reached):
+                axes.tricontour(in_map, kpa, levels=reached, colors=CHAMBER_COLOURS[chamber], linewidths=0.8)
     _draw_compass(axes, float(np.nanmax(angle_deg)))
-    axes.set_title(f"bending angle θ and plane γ; lines of equal pressure every {_LINES_KPA:g} kPa")
+    axes.set_title(f"bending angle θ and plane γ; lines of equal pressure every {levels[0]:g} kPa")
 
 
 def _draw_compass(axes: Axes, largest_deg: float) -> None:

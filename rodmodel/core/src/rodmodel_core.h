@@ -239,7 +239,7 @@ typedef struct {
     rm_real pressure[3];            /* within the domain [Pa] */
     rm_real distance;               /* remaining distance to the target [m] or [rad] */
     rm_solution solution;           /* solution of the rod at these pressures */
-    int reached;                    /* whether the target is met, to 0.1 mm or 1e-3 rad */
+    int reached;                    /* whether the target is met, to 0.15 % of the length or 1e-3 rad */
     int converged;                  /* whether the pressures are a local minimum of the distance */
     int nearest;                    /* whether a search over the whole domain found nothing nearer */
     int evaluations;                /* number of solves in the search */

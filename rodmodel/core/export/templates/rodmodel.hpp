@@ -60,7 +60,7 @@ struct Jacobian {
 struct Pressures {
     Vector pressure{};     // [Pa]
     real distance = 0;     // left to the target [m] or [rad]
-    bool reached = false;  // to 0.1 mm or 1e-3 rad
+    bool reached = false;  // to 0.15 % of the length or 1e-3 rad
     bool nearest = false;  // no pressures in the domain come nearer
 };
 

@@ -19,8 +19,8 @@
 #include "jacobian.h"
 #include "least_squares.h"
 
-/* Distances at which a target counts as reached, of position [m] and of bend [rad]. */
-#define RM_POSITION_REACHED R(1e-4)
+/* Distances at which a target counts as reached, of position [over body and cap length] and of bend [rad]. */
+#define RM_POSITION_REACHED R(1.5e-3)
 #define RM_BEND_REACHED R(1e-3)
 /* Tolerance of Newton's method in the search [rad]. */
 #define RM_SEARCH_TOLERANCE R(1e-5)
@@ -332,7 +332,7 @@ static int find_pressures(const rm_rod *rod, const rm_target *target, const rm_i
     s.workspace = workspace;
     s.target = target;
     s.unit = target->is_bend ? R(1.0) : a->body_length + a->cap_length;
-    s.tolerance = (target->is_bend ? RM_BEND_REACHED : RM_POSITION_REACHED) / s.unit;
+    s.tolerance = target->is_bend ? RM_BEND_REACHED : RM_POSITION_REACHED;
     s.scale = larger(larger(domain->pressure_max[0], domain->pressure_max[1]), domain->pressure_max[2]);
     s.evaluations = 0;
     s.loaded = (input->given & (RM_LOADS | RM_FOLLOWER_FORCE)) != 0;

@@ -53,3 +53,12 @@ def test_a_domain_ends_before_the_law_is_unstable(law):
     assert found.pressure_max[1] == found.pressure_max[2] < 0.76 * 50e3
     assert found.pressure_sum_max == DOMAIN.pressure_sum_max
     assert len(unstable_pressures(law, found)) == 0
+
+
+@pytest.mark.parametrize(("modulus", "step"), [(0.1, 50.0), (0.4, 500.0), (10.0, 5e3)])
+def test_a_domain_ends_at_a_round_pressure_of_its_size(modulus, step):
+    """One body softer or stiffer than another: the same share of its pressures, to the rounding."""
+    domain = Domain((modulus * 60e3,) * 3, modulus * 90e3, 1e-3)
+    found = narrowed(Softening(modulus * 45e3), domain).pressure_max[0]
+    assert found / step == pytest.approx(round(found / step), abs=1e-9)
+    assert modulus * 45e3 - max(0.05 * modulus * 45e3, 2.0 * step) <= found <= modulus * 45e3

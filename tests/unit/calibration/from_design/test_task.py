@@ -23,10 +23,11 @@ def test_another_text_is_refused_with_what_is_expected(text):
 
 
 def test_an_hour_has_the_converged_mesh_and_less_the_coarse_one():
-    """And each has a finer one to compare with."""
+    """And each has a finer one to compare with. In an hour the coarse one will do, if it is close."""
     short, hour, day = (Meshes.of(Budget.parse(text), Design()) for text in ("20min", "1h", "8h"))
     assert (short.sweep, short.finer) == ("coarse", "fine")
     assert (hour.sweep, hour.finer) == ("fine", "finer")
+    assert (short.cheaper, hour.cheaper, day.cheaper) == (None, "coarse", None)
     assert (hour.actuator, day.actuator) == ("coarse", "layered")
 
 

@@ -103,7 +103,7 @@ def test_the_nearest_is_nearest(rod: CoreRod) -> None:
 
 @pytest.mark.parametrize("targets", [20, pytest.param(200, marks=pytest.mark.slow)])
 def test_no_state_of_a_grid_is_nearer(rod: CoreRod, targets: int) -> None:
-    """Up to the tolerance of 0.1 mm, within which the pressures without co-contraction are taken."""
+    """Up to the tolerance of 0.15 % of the length, to which pressures without co-contraction are taken."""
     random = np.random.default_rng(1)
     states = random.uniform(size=(60_000, 3)) * np.array(rod.domain.pressure_max)
     states = states[rod.domain.covers_pressure(states.T)][:20_000]

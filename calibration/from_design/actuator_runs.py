@@ -54,7 +54,7 @@ def cases_for(task: Task, domain: Domain) -> tuple[TruthCase, ...]:
         ("chambers12", "fit", (1.0, 1.0, 0.0)),
         ("chamber2", "judge", (0.0, 1.0, 0.0)),
     ]
-    if task.budget.thorough:
+    if task.budget.converged:
         ways += [
             ("chamber2", "fit", (0.0, 1.0, 0.0)),
             ("mixture", "fit", (1.0, 0.5, 0.2)),

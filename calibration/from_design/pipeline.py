@@ -31,8 +31,8 @@ from rodmodel import Calibration, Domain, shipped_calibrations
 
 # Shares of the budget: what the fit takes, and the least that the sweep has.
 _FIT, _SWEEP = 0.15, 0.3
-# Time of the actuator's runs in states of the first cell: four runs, two of which keep their plane.
-_RUNS = 1500.0
+# Time of a run of the full actuator in states of the first cell: half of them keep their plane.
+_RUN = 400.0
 # Distance from a shipped law's design up to which its law, scaled, is the design's own.
 _SIMILAR = 1e-4
 _STAGES = ("range", "mesh", "actuator runs", "sweep", "fit", "ends and bound", "report")
@@ -215,7 +215,8 @@ def _planned(task: Task, begun: _Begun, say: Say) -> dict[str, Any]:
     }
 
     def chosen() -> dict[str, Any]:
-        runs = min(_RUNS * first / task.workers, time_limit(task))
+        number = len(cases_for(task, begun.domain))
+        runs = min(number * _RUN * first / task.workers, time_limit(task))
         others = _FIT * task.budget.seconds + runs
         seconds = max(0.9 * task.budget.seconds - others, _SWEEP * task.budget.seconds)
         paths = paths_within(plan, begun.mesh.seconds, seconds, task.workers)

@@ -17,7 +17,8 @@ def level_title(level: Level) -> str:
 
 
 _UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0}
-# From these budgets on, the cell may have the mesh near its limit, and more runs of the actuator judge [s].
+# From these budgets on, the cell may have the mesh near its limit and the actuator has more runs, and these
+# have thinner layers [s].
 _CONVERGED, _THOROUGH = 3600.0, 4 * 3600.0
 # Shortest budget: the runs of the actuator take longer than any shorter one [s].
 _LEAST = 60.0
@@ -49,12 +50,12 @@ class Budget:
 
     @property
     def converged(self) -> bool:
-        """Whether there is time for the mesh on which the cell is near its limit."""
+        """Whether there is time for the mesh on which the cell is near its limit, and for more runs."""
         return self.seconds >= _CONVERGED
 
     @property
     def thorough(self) -> bool:
-        """Whether there is time for more runs of the full actuator, on a finer mesh."""
+        """Whether there is time for runs of the full actuator on a finer mesh."""
         return self.seconds >= _THOROUGH
 
 

@@ -49,6 +49,27 @@ def test_the_ends_of_a_similar_actuator_are_the_same_scaled(monkeypatch):
     assert found.values == pytest.approx(planted, rel=1e-6)
 
 
+@pytest.mark.parametrize("stuck", [0, 1])
+def test_the_better_of_two_searches_gives_the_ends(stuck, monkeypatch):
+    """One search ends where it began: at the paper's ends, or at none."""
+    search, begun = ends.least_squares, []
+
+    def may_stick(residual, start, bounds):
+        begun.append(start)
+        stay = {"max_nfev": 1} if len(begun) % 2 == stuck else {}
+        return search(residual, start, bounds=bounds, **stay)
+
+    monkeypatch.setattr(ends, "least_squares", may_stick)
+    cell = ends.Bending(
+        1.01 * paper.CURVATURE, np.full(len(paper.CURVATURE), 1.01), paper.VOLUME, paper.STIFFNESS
+    )
+    monkeypatch.setattr(ends, "cell_bending", lambda chosen, compliance: cell)
+    found = ends.fit_ends(paper.truth_of(), paper.BODY, paper.CAP, 0.0)
+    assert len(begun) > 2
+    assert found.values["base_turn"] == pytest.approx(paper.PLANTED["base_turn"], rel=1e-4)
+    assert found.after < 1e-3 * found.before
+
+
 def test_the_cells_of_runs_are_of_their_design(monkeypatch):
     """Of its material and dimensions, on the mesh of the runs, with the compliance that is tried."""
     made = []

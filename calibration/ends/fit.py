@@ -160,7 +160,7 @@ def fit_ends(truth: xr.Dataset, body_length: float, cap_length: float, complianc
     actuator = _Poses(
         cell.curvature,
         chosen["pressure"].values,
-        at_rest * np.linalg.inv(cell.stiffness[1:]),
+        at_rest * np.linalg.pinv(cell.stiffness[1:]),
         chosen["tip_position"].values,
         chosen["tip_rotation"].values[:, :, 2],
         body_length,
@@ -347,7 +347,7 @@ class Bending:
     curvature : curvature at each state [1/m].
     stretch : stretch of the silicone along the rod at each state.
     volume : volume of each chamber per length, at rest and then at the states [m²].
-    stiffness : ∂²Π/∂u², at rest and then at the states [N m²].
+    stiffness : ∂²Π/∂u², at rest and then at the states [N m²]; of a cell that keeps its plane, in the plane.
     """
 
     curvature: Float[np.ndarray, "n 3"]
@@ -367,9 +367,11 @@ def cell_bending(states: xr.Dataset, compliance: float) -> Bending:
         design = _design_of(states)
         if "design" not in states.attrs:
             design = replace(design, winding=case_of(name).winding)
-        cell = PeriodCell.of(design, level, compliance)
+        # A free cell leaves its plane at a lower pressure than the actuator, if this leaves it at all.
+        in_plane = design.winding.mirror_symmetric and all(load.in_plane for load in loads)
+        cell = PeriodCell.of(design, level, compliance, symmetric=in_plane)
         found.update(zip(own, follow(cell, loads), strict=True))
-    (rest,) = follow(cell, [Load((0.0, 0.0, 0.0))])
+    (rest,) = follow(PeriodCell.of(design, level, compliance), [Load((0.0, 0.0, 0.0))])
     ordered = [found[row] for row in range(len(names))]
     return Bending(
         curvature=np.array([s.curvature for s in ordered]),

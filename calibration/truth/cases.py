@@ -3,7 +3,7 @@
 Roles were assigned before any fit: ``fit`` runs calibrate the ends, ``judge`` runs are held out. On one
 winding no load has both roles. After the judge runs had shown where the rod has its largest errors, fit runs
 were added: the pair 2+3, two unequal pairs and six triples, two runs at a pitch of 6 mm, and two of six
-helices. Pairs at other orientations were added last, as judge runs.
+helices. Pairs at other orientations were added as judge runs, and last fit runs to the ends of the range.
 """
 
 import math
@@ -55,7 +55,14 @@ class TruthCase:
 
 # Cases with equal pressures in chambers 2 and 3, and a mirror-symmetric winding.
 _SYMMETRIC = (
-    *("chamber1-fit", "pair23-fit", "mixture-0.2-1-1-fit", "mixture-1-0.6-0.6-fit"),
+    *(
+        "chamber1-fit",
+        "chamber1-high-fit",
+        "pair23-fit",
+        "pair23-high-fit",
+        "mixture-0.2-1-1-fit",
+        "mixture-1-0.6-0.6-fit",
+    ),
     *("chamber1", "pair23", "pitch2-chamber1", "pitch4-chamber1"),
     *("pitch6-chamber1", "ring-chamber1", "six-helix-chamber1", "six-helix-chamber1-fit"),
     *("ring-pair23", "six-helix-pair23"),
@@ -81,6 +88,10 @@ def cases() -> tuple[TruthCase, ...]:
             )
             for first, second, third in _MIXTURES
         ),
+        # Beyond it, as far as a single section keeps upright.
+        ("chamber1-high-fit", "fit", zero, _ramp((1.0, 0.0, 0.0), (53, 58, 63, 68))),
+        ("chamber2-high-fit", "fit", zero, _ramp((0.0, 1.0, 0.0), (53, 57))),
+        ("pair23-high-fit", "fit", zero, _ramp((0.0, 1.0, 1.0), (47, 52))),
         ("force-fit", "fit", zero, _loaded((20.0, 0.0, 0.0), [((0.0, 0.03, 0.0), (0.0, 0.0, -GRAVITY))])),
         # Single chambers to beyond the snap of walls, and pairs beyond a half turn.
         ("chamber1", "judge", zero, _ramp((1.0, 0.0, 0.0), (5, 15, 25, 35, 45, 55, 60, 65, 70))),
@@ -122,6 +133,13 @@ def cases() -> tuple[TruthCase, ...]:
         )
         # All pairs of these windings are alike, and this one has a plane of symmetry.
         named.append((f"{name}-pair23", "judge", layout(name), _ramp(_PAIRS["23"], (15, 30, 45, 50))))
+    across = layout("double-helix", math.pi / 2.0)
+    named += [
+        # Those of ψ = 0 leave the caps of pairs 3 % off.
+        ("psi90-chamber1-fit", "fit", across, _ramp((1.0, 0.0, 0.0), (20, 40, 52))),
+        ("psi90-chamber2-fit", "fit", across, _ramp((0.0, 1.0, 0.0), (20, 40, 52))),
+        ("psi90-pair12-fit", "fit", across, _ramp(_PAIRS["12"], (20, 40, 48))),
+    ]
     six = layout("six-helix")
     named += [
         ("six-helix-pair12", "judge", six, _ramp(_PAIRS["12"], (15, 30, 45, 50))),

@@ -5,7 +5,8 @@ import pytest
 import xarray as xr
 
 from calibration.ends import fit as ends
-from fem_reference import Design, design_text
+from fem_reference import Design, Load, design_text, follow
+from tests.fem_fixtures import TINY
 from tests.similar_designs import scaled
 from tests.unit.calibration.truth import test_compare_rods as paper
 
@@ -74,7 +75,7 @@ def test_the_cells_of_runs_are_of_their_design(monkeypatch):
     """Of its material and dimensions, on the mesh of the runs, with the compliance that is tried."""
     made = []
 
-    def cell_of(design, level, compliance):
+    def cell_of(design, level, compliance, symmetric):
         made.append((design, level, compliance))
         raise InterruptedError
 
@@ -86,3 +87,28 @@ def test_the_cells_of_runs_are_of_their_design(monkeypatch):
     assert design.geometry.body_diameter == pytest.approx(DESIGN.geometry.body_diameter, rel=1e-12)
     assert design.material.shear_modulus == pytest.approx(DESIGN.material.shear_modulus, rel=1e-12)
     assert compliance == 0.1e-3
+
+
+def test_a_cell_that_keeps_its_plane_has_the_response_of_a_free_one(monkeypatch):
+    """Curvature and stiffness in the plane of chamber 1, below where a free cell leaves it."""
+    asked = []
+    make = ends.PeriodCell.of
+
+    def cell_of(design, level, compliance, symmetric=False):
+        asked.append(symmetric)
+        return make(design, TINY, compliance, symmetric=symmetric)
+
+    monkeypatch.setattr(ends.PeriodCell, "of", cell_of)
+    truth = paper.truth_of().isel(state=[0, 4])
+    truth["case"] = (("state",), np.array(["chamber1-fit", "pair23-fit"], dtype=object))
+    truth["pressure"] = (("state", "chamber"), np.array([[12e3, 0.0, 0.0], [0.0, 9e3, 9e3]]))
+    found = ends.cell_bending(truth, 0.1e-3)
+    assert asked == [True, True, False]
+    free = make(Design(), TINY, 0.1e-3)
+    for row, pressure in enumerate(truth["pressure"].values):
+        (state,) = follow(free, [Load(tuple(pressure))])
+        # Both are solved to the cell's tolerance.
+        np.testing.assert_allclose(found.curvature[row], state.curvature, atol=1e-5 * abs(state.curvature[1]))
+        turn = np.linalg.pinv(found.stiffness[row + 1]) @ [0.0, 1.0, 0.0]
+        expected = np.linalg.inv(state.hessian[:3, :3]) @ [0.0, 1.0, 0.0]
+        np.testing.assert_allclose(turn, expected, atol=1e-4 * expected[1])

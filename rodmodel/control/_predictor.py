@@ -31,6 +31,10 @@ class Prediction(NamedTuple):
     stable: Any
     in_domain: Any
     """Whether the pressures, and the moments everywhere on the body, are in the calibrated domain."""
+    error_estimate: Any
+    """Bound of the error of θ that 90 % of states keep, at these inputs [rad]; NaN outside the domain."""
+    tip_error_estimate: Any
+    """Likewise of the tip's distance from where it is [m]; NaN also where none is known."""
 
 
 class TipJacobian(NamedTuple):
@@ -202,6 +206,8 @@ class Predictor:
             found["result"] == 0,
             found["stable"] != 0,
             found["in_domain"] != 0,
+            found["angle_error"],
+            found["tip_error"],
         )
 
 
@@ -219,6 +225,7 @@ class _Buffers:
         self._position, self._rotation = found["tip_position"][0], found["tip_rotation"][0]
         self._numbers = found.view(np.float64)
         self._angle, self._plane = (_index_of(SOLUTION, name) for name in ("bending_angle", "bending_plane"))
+        self._bound, self._tip_bound = (_index_of(SOLUTION, name) for name in ("angle_error", "tip_error"))
 
     def prediction(self) -> Prediction:
         """Return the prediction of the core's last solution."""
@@ -234,6 +241,8 @@ class _Buffers:
             _TRUTH[good],
             _TRUTH[solution.stable],
             _TRUTH[solution.in_domain],
+            self._numbers[self._bound],
+            self._numbers[self._tip_bound],
         )
 
 

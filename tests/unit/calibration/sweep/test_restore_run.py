@@ -53,3 +53,13 @@ def test_a_dataset_of_another_run_is_refused_before_anything_is_written(dataset,
     with pytest.raises(RunError, match="--extend: the dataset holds a run with seed 0, this one has 1"):
         restore_run(dataset, tmp_path, replace(PLAN, seed=1), MATERIAL)
     assert not any(tmp_path.iterdir())
+
+
+def test_paths_that_another_version_drew_are_refused(dataset, tmp_path):
+    """As if the design had changed: one state is off its path by a tenth of a kilopascal."""
+    other = dataset.copy(deep=True)
+    other["pressure"][7, 1] += 100.0
+    name = str(dataset["path"].values[7])
+    with pytest.raises(RunError, match=f"states off the path {name} that this version draws from seed 0"):
+        restore_run(other, tmp_path, PLAN, MATERIAL)
+    assert not any(tmp_path.iterdir())

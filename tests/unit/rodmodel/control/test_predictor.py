@@ -28,6 +28,18 @@ def test_it_predicts_what_the_rod_solves(rod: CoreRod, predictor: Predictor) -> 
         np.testing.assert_allclose(found.tip_rotation, expected.tip_rotation, atol=1e-10)
         assert found.bending_angle == pytest.approx(expected.bending_angle, abs=1e-10)
         assert found.bending_plane == pytest.approx(expected.bending_plane, abs=1e-9)
+        assert found.error_estimate == pytest.approx(expected.error_estimate, rel=1e-9)
+        assert found.tip_error_estimate == pytest.approx(expected.tip_error_estimate, rel=1e-9)
+        assert 0.0 < found.tip_error_estimate < 0.01
+
+
+def test_bounds_are_not_a_number_beyond_what_is_calibrated(rod: CoreRod, predictor: Predictor) -> None:
+    rows = np.stack([PRESSURE, 1.2 * np.array(rod.domain.pressure_max), 0.1 * PRESSURE])
+    found = predictor(rows, tip_force=np.zeros((3, 3)))
+    for bound in (found.error_estimate, found.tip_error_estimate):
+        np.testing.assert_array_equal(np.isnan(bound), [False, True, False])
+        # It grows with the pressures.
+        assert bound[2] < bound[0]
 
 
 def test_a_batch_is_its_rows_and_a_bad_row_is_flagged_alone(predictor: Predictor) -> None:

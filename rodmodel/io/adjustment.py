@@ -108,7 +108,30 @@ class Adjustment:
         taken = offset + share * (offset.sum() - offset)
         beside = max(float((domain.beside_max - taken.max()) / gain.max()), 0.0)
         bending, _, torque = (self.stiffness_scale * axis for axis in domain.moment_axes)
-        return Domain((first, second, third), total, bending, torque, share, beside)
+        alone, beside_alone = self._single(domain)
+        return Domain(
+            (first, second, third),
+            total,
+            bending,
+            torque,
+            share,
+            beside,
+            single_max=alone,
+            single_beside=beside_alone,
+        )
+
+    def _single(self, domain: Domain) -> tuple[tuple[float, float, float], float]:
+        """Return the largest pressures of single chambers, and that of the others beside them [Pa].
+
+        The least of the others' readings is safe. Offsets may leave none; then no chamber alone has more.
+        """
+        beside = float(((domain.single_beside - self.pressure_offset) / self.pressure_gain).min())
+        if beside < 0.0:
+            return (0.0, 0.0, 0.0), 0.0
+        of_map = np.array(domain.single_max)
+        alone = np.where(of_map > 0.0, (of_map - self.pressure_offset) / self.pressure_gain, 0.0)
+        first, second, third = np.maximum(alone, 0.0).tolist()
+        return (first, second, third), beside if alone.max() > 0.0 else 0.0
 
     def bound(self, bound: ErrorBound) -> ErrorBound:
         """Return the map's bound over the sum of the actuator's pressures.

@@ -159,8 +159,17 @@ def test_domain_and_ends_are_those_of_the_adjusted_actuator(tmp_path: Path):
 
 def test_pressures_of_the_adjusted_domain_are_inside_the_map() -> None:
     """With equal gains and no offsets, all that are."""
-    limited = dataclasses.replace(calibrations.DOMAIN, beside_share=4.0 / 7.0, beside_max=79e3)
-    pressure = np.random.default_rng(3).uniform(0.0, 80e3, (20_000, 3))
+    limited = dataclasses.replace(
+        calibrations.DOMAIN,
+        beside_share=4.0 / 7.0,
+        beside_max=79e3,
+        single_max=(75e3, 0.0, 72e3),
+        single_beside=5e3,
+    )
+    random = np.random.default_rng(3)
+    pressure = random.uniform(0.0, 80e3, (20_000, 3))
+    # Half of them with one chamber nearly alone.
+    pressure[::2] *= np.where(np.eye(3)[random.integers(0, 3, 10_000)] > 0.0, 1.0, 0.1)
     alike = dataclasses.replace(MINE, pressure_gain=np.full(3, 1.1), pressure_offset=np.zeros(3))
     for adjustment in (MINE, alike):
         inside = adjustment.domain(limited).covers_pressure(pressure.T)
@@ -169,6 +178,14 @@ def test_pressures_of_the_adjusted_domain_are_inside_the_map() -> None:
         assert np.all(in_map[inside])
         assert np.mean(inside[in_map]) > 0.7
     np.testing.assert_array_equal(inside, in_map)
+    plain = dataclasses.replace(limited, single_max=(0.0, 0.0, 0.0), single_beside=0.0)
+    assert np.sum(in_map & ~plain.covers_pressure(read.T)) > 100
+
+
+def test_offsets_beyond_the_pressure_beside_leave_no_chamber_alone() -> None:
+    """Read as nothing, a chamber beside has more than the map allows."""
+    limited = dataclasses.replace(calibrations.DOMAIN, single_max=(75e3, 0.0, 0.0), single_beside=0.5e3)
+    assert MINE.domain(limited) == MINE.domain(calibrations.DOMAIN)
 
 
 def test_offsets_that_leave_nothing_beside_are_refused() -> None:

@@ -153,7 +153,7 @@ int rm_check_rod(const rm_rod *rod)
     const rm_domain *domain = &rod->domain;
     const rm_real positive[] = {law->pressure_scale, law->curvature_scale, law->energy_scale,
                                 a->body_length,      a->body_length - a->stiff_tip, a->tip_offset_curvature,
-                                domain->moment_max,  domain->torque_max};
+                                domain->moment_max,  domain->torque_max,           domain->pressure_sum_max};
     const rm_real finite[] = {law->rest_volume, law->constant,  a->cap_length,       a->mass_per_length,
                               a->cap_mass,      a->base_turn,   a->base_lag,         a->base_stiffness,
                               a->tip_offset,    a->held_length, a->shear_compliance};
@@ -170,6 +170,7 @@ int rm_check_rod(const rm_rod *rod)
     good &= is_finite(domain->beside_max) & (domain->beside_max >= R(0.0));
     good &= is_finite(domain->single_beside);
     for (int k = 0; k < 3; k++) {
+        good &= is_finite(domain->pressure_max[k]) & (domain->pressure_max[k] >= R(0.0));
         good &= is_finite(domain->pressure_min[k]) & is_finite(domain->single_max[k]);
     }
     for (int k = 0; k < 8; k++) {

@@ -283,6 +283,11 @@ static void try_rod(long row)
         *scalars[pick(13)] = hostile();
     }
     if (rm_check_rod(&changed) == 0) {
+        for (int k = 0; k < 3; k++) {
+            if (!(changed.domain.pressure_max[k] >= 0 && changed.domain.pressure_sum_max > 0)) {
+                fail("a domain without pressures is taken for one", row);
+            }
+        }
         try_solve(&changed, row);
     }
 }

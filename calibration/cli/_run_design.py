@@ -13,10 +13,6 @@ if TYPE_CHECKING:
     from fem_reference import Design, Winding
     from rodmodel import Domain
 
-# Largest pressure and sum of pressures where neither design nor options tell them, in the body's megapascals
-# (`Units`).
-_PRESSURE, _PRESSURE_SUM = 60e-3, 110e-3
-
 
 def orientations(options: argparse.Namespace) -> list[float]:
     """Return ψ [rad] of `--psi-deg`: none, one, or the least and the largest of many."""
@@ -78,11 +74,14 @@ def _winding(options: argparse.Namespace, own: "Design", psi: list[float]) -> "W
 def run_domain(options: argparse.Namespace, actuator: "Design") -> "Domain":
     """Return the domain of the options; else the design's pressures; else that of all bodies, scaled."""
     from calibration.sweep import usual_moments
+    from fem_reference.geometry import paper_number, paper_numbers
     from rodmodel import Domain
 
     units = actuator.units
-    first, second, third = actuator.pressure_max or (_PRESSURE * units.megapascal,) * 3
-    total = actuator.pressure_sum_max or _PRESSURE_SUM * units.megapascal
+    # Where neither design nor options tell them, the paper's in the body's megapascals (`Units`).
+    usual = (units.megapascal * p for p in paper_numbers("pressures", "largest_kpa", -3))
+    first, second, third = actuator.pressure_max or usual
+    total = actuator.pressure_sum_max or units.megapascal * paper_number("pressures", "largest_sum_kpa", -3)
     moment, torque = usual_moments(actuator)
     if options.moment_max_nmm is not None:
         moment = 1e-3 * options.moment_max_nmm

@@ -24,6 +24,7 @@ from fem_reference import (
     level_record,
     read_record,
 )
+from fem_reference.geometry import paper_number
 from rodmodel import Domain
 from rodmodel.io import drop_parts, write_atomically
 
@@ -34,7 +35,7 @@ _PRESSURE_STEP = 8e-3
 RUN_FILE = "run.json"
 # Compliance of the ends, in the body's millimetres per newton, as `calibration.ends` fits it to the paper's
 # actuator.
-_END_COMPLIANCE = 0.23
+_END_COMPLIANCE = paper_number("ends", "compliance_mm_per_n")
 # Largest bending moment and torque on a section, in the body's newton millimetres.
 _MOMENT, _TORQUE = 6.6, 3.3
 

@@ -3,6 +3,8 @@
 from fem_reference.geometry.core import Core as Core
 from fem_reference.geometry.dimensions import ActuatorGeometry as ActuatorGeometry
 from fem_reference.geometry.dimensions import as_vector as as_vector
+from fem_reference.geometry.paper import paper_number as paper_number
+from fem_reference.geometry.paper import paper_numbers as paper_numbers
 from fem_reference.geometry.plausible import BULK_TO_SHEAR as BULK_TO_SHEAR
 from fem_reference.geometry.plausible import CURVATURE_SHARE as CURVATURE_SHARE
 from fem_reference.geometry.plausible import MOMENT_SHARE as MOMENT_SHARE

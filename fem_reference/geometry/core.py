@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+from fem_reference.geometry.paper import paper_number
 from fem_reference.geometry.plausible import refuse_implausible
 
 
@@ -24,7 +25,7 @@ class Core:
         For a modulus that is not positive and finite, or seems to be in another unit (`plausible`).
     """
 
-    young_modulus: float = 5e6
+    young_modulus: float = paper_number("core", "young_modulus_mpa", 6)
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.young_modulus) and self.young_modulus > 0.0):

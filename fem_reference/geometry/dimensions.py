@@ -5,7 +5,12 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from fem_reference.geometry.paper import paper_number
 from fem_reference.geometry.plausible import refuse_implausible
+
+
+def _length(key: str) -> float:
+    return paper_number("dimensions", key, -3)
 
 
 @dataclass(frozen=True)
@@ -37,14 +42,14 @@ class ActuatorGeometry:
     "Modeling of a two-degree-of-freedom fiber-reinforced soft pneumatic actuator", Robotica (2023), Table I.
     """
 
-    body_diameter: float = 12e-3
-    cavity_diameter: float = 2e-3
-    outer_wall: float = 1e-3
-    inner_wall: float = 1.5e-3
-    partition_wall: float = 1.6e-3
-    body_length: float = 60e-3
-    cap_length: float = 6e-3
-    winding_diameter: float = 11.2e-3
+    body_diameter: float = _length("body_diameter_mm")
+    cavity_diameter: float = _length("cavity_diameter_mm")
+    outer_wall: float = _length("outer_wall_mm")
+    inner_wall: float = _length("inner_wall_mm")
+    partition_wall: float = _length("partition_wall_mm")
+    body_length: float = _length("body_length_mm")
+    cap_length: float = _length("cap_length_mm")
+    winding_diameter: float = _length("winding_diameter_mm")
     outer_wall_variation: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:

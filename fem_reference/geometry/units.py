@@ -10,12 +10,15 @@ Its millimetre is a twelfth of its outer diameter. Its megapascal is such that i
 names say. In the finite elements ``mm``, ``MPa`` and ``N`` stand for a body's own, as in this class.
 """
 
+import math
 from dataclasses import dataclass
 
 from fem_reference.geometry.dimensions import ActuatorGeometry
+from fem_reference.geometry.paper import paper_number, paper_numbers
 
-# Outer diameter in a body's own millimetres, and initial shear modulus in its own megapascals.
-_DIAMETER, _SHEAR_MODULUS = 12.0, 0.10036
+# Outer diameter in a body's own millimetres, and initial shear modulus in its own megapascals: the paper's.
+_DIAMETER = paper_number("dimensions", "body_diameter_mm")
+_SHEAR_MODULUS = math.fsum(paper_numbers("material", "shear_moduli_mpa", 6)) / 1e6
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,13 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Float
 
+from fem_reference.geometry.paper import paper_number
 from fem_reference.geometry.plausible import refuse_implausible
 
 #: How a thread may be coupled to the body.
 COUPLINGS = ("axis", "circumference")
+#: Pitch of the paper's double helix [m].
+PITCH = paper_number("winding", "pitch_mm", -3)
 # Round-off of heights, as a share of the length.
 _ROUND_OFF = 1e-9
 
@@ -23,9 +26,8 @@ _ROUND_OFF = 1e-9
 class Thread:
     """Elastic constants of the thread, and how it is tied to the silicone.
 
-    The paper's table has lost the modulus; 31 067 MPa and a radius of 0.0889 mm are the values of this
-    literature (Soft Robotics Toolkit; Connolly et al. 2015), so that EA = 771 N: inextensible beside the
-    silicone.
+    The paper's table has lost the modulus; the defaults are the values of this literature (Soft Robotics
+    Toolkit; Connolly et al. 2015), so that EA = 771 N: inextensible beside the silicone.
 
     Parameters
     ----------
@@ -41,7 +43,7 @@ class Thread:
     """
 
     young_modulus: float = 31067e6
-    radius: float = 0.0889e-3
+    radius: float = paper_number("thread", "radius_mm", -3)
     coupling: str = "circumference"
     bends: bool = False
     slack_share: float = 1.0
@@ -127,7 +129,7 @@ class _CrossedHelices(Winding):
     """Threads in pairs of opposite hand, θ±(z) = ψ + 360° k/pairs ± 2πz/pitch for k = 0 … pairs − 1."""
 
     psi: float = 0.0
-    pitch: float = 3e-3
+    pitch: float = PITCH
     _pairs: ClassVar[int]
 
     def __post_init__(self) -> None:
@@ -224,7 +226,7 @@ class Ring(Winding):
         helix, which needs about as much thread per length.
     """
 
-    spacing: float = 1.5e-3
+    spacing: float = 0.5 * PITCH
     name = "ring"
 
     def __post_init__(self) -> None:
@@ -307,7 +309,7 @@ class NoWinding(Winding):
 LAYOUTS = (DoubleHelix.name, Ring.name, SixHelix.name, NoWinding.name)
 
 
-def layout(name: str, psi: float = 0.0, pitch: float = 3e-3, spacing: float | None = None) -> Winding:
+def layout(name: str, psi: float = 0.0, pitch: float = PITCH, spacing: float | None = None) -> Winding:
     """Return the layout of that name.
 
     Parameters

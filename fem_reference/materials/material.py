@@ -8,12 +8,13 @@ import numpy as np
 from jax import Array
 from jaxtyping import Float
 
-from fem_reference.geometry import BULK_TO_SHEAR, refuse_implausible
+from fem_reference.geometry import BULK_TO_SHEAR, paper_number, paper_numbers, refuse_implausible
 from fem_reference.materials.homogeneous import MODES, first_instability
 from fem_reference.materials.principal_frame import DyadModuli, Principal
 
 #: Constants of the paper's silicone [Pa]; their ratio is the default of κ over the initial shear modulus.
-PAPER_MODULI, PAPER_BULK_MODULUS = (0.00681e6, -0.2881e6, 0.38165e6), 100e6
+PAPER_MODULI = paper_numbers("material", "shear_moduli_mpa", 6)
+PAPER_BULK_MODULUS = paper_number("material", "bulk_modulus_mpa", 6)
 
 
 @runtime_checkable

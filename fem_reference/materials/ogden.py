@@ -11,6 +11,7 @@ import numpy as np
 from jax import Array
 from jaxtyping import Float
 
+from fem_reference.geometry import paper_numbers
 from fem_reference.materials.material import PAPER_MODULI, Material, refuse_negative_without_range
 from fem_reference.materials.principal_frame import PAIRS, DyadModuli, Principal, dyad_moduli, stored, total
 
@@ -40,7 +41,7 @@ class Ogden(Material):
     """
 
     shear_moduli: tuple[float, ...] = PAPER_MODULI
-    exponents: tuple[float, ...] = (9.33, 3.376, 2.487)
+    exponents: tuple[float, ...] = paper_numbers("material", "exponents")
     # None only until `__post_init__` knows the moduli.
     bulk_modulus: float | None = None  # type: ignore[assignment]
     stretch_range: tuple[float, float] | None = None

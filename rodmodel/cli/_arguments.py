@@ -37,3 +37,12 @@ def numbers(flag: str, words: Sequence[str], count: int, expected: str, *, negat
     if len(values) != count or not good:
         raise InputError(f"{flag}: got {text!r}, expected {expected}")
     return values
+
+
+def whole_number(flag: str, word: str, least: int, most: int) -> int:
+    """Return the value of an option that is a whole number between two others."""
+    # Python's int, too, accepts 1_0 and the digits of other scripts.
+    value = int(word) if re.fullmatch(r"[0-9]{1,9}", word) else least - 1
+    if not least <= value <= most:
+        raise InputError(f"{flag}: got {word!r}, expected a whole number from {least} to {most}")
+    return value

@@ -2,13 +2,12 @@
 
 import argparse
 import json
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rodmodel.cli._arguments import InputError, numbers
+from rodmodel.cli._arguments import InputError, numbers, whole_number
 from rodmodel.cli._options import (
     GOOD,
     NO_CONVERGENCE,
@@ -26,7 +25,8 @@ if TYPE_CHECKING:
     import rodmodel.control
 
 _PRESSURES = "the three gauge pressures at the top of the cycle, each 0 or more [kPa]"
-_STEPS = "a whole number from 2 to 1000"
+# Fewest and most steps each way.
+_STEPS = (2, 1000)
 
 
 def add_to(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -35,7 +35,7 @@ def add_to(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> N
     add_layout(parser)
     parser.add_argument("--pressure-kpa", nargs="+", default=[], metavar="P", help=f"P1 P2 P3: {_PRESSURES}")
     parser.add_argument(
-        "--steps", default="28", metavar="N", help=f"number of steps each way: {_STEPS} (default: 28)"
+        "--steps", default="28", metavar="N", help="number of steps each way, 2 to 1000 (default: 28)"
     )
     add_loads(parser)
     add_output(parser, plot="bending angle and plane, up and down")
@@ -44,9 +44,7 @@ def add_to(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> N
 
 def _run(options: argparse.Namespace) -> int:
     top = 1e3 * np.array(numbers("--pressure-kpa", options.pressure_kpa, 3, _PRESSURES, negative=False))
-    steps = int(options.steps) if re.fullmatch(r"[0-9]{1,4}", options.steps) else 0
-    if not 2 <= steps <= 1000:
-        raise InputError(f"--steps: got {options.steps!r}, expected {_STEPS}")
+    steps = whole_number("--steps", options.steps, *_STEPS)
     if not top.any():
         raise InputError(f"--pressure-kpa: got {' '.join(options.pressure_kpa)!r}, expected one above 0")
     loads = loads_of(options)

@@ -2,13 +2,12 @@
 
 import argparse
 import json
-import re
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from rodmodel.cli._arguments import InputError
+from rodmodel.cli._arguments import InputError, whole_number
 from rodmodel.cli._options import (
     GOOD,
     NO_CONVERGENCE,
@@ -22,7 +21,8 @@ from rodmodel.cli._options import (
 )
 from rodmodel.view import workspace_record, workspace_text
 
-_SAMPLES = "a whole number from 100 to 1000000"
+# Fewest and most samples.
+_SAMPLES = (100, 1_000_000)
 
 
 def add_to(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -32,7 +32,7 @@ def add_to(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> N
     )
     add_layout(parser)
     parser.add_argument(
-        "--samples", default="4000", metavar="N", help=f"approximate number: {_SAMPLES} (default: 4000)"
+        "--samples", default="4000", metavar="N", help="approximate number, 100 to 1000000 (default: 4000)"
     )
     add_loads(parser)
     add_output(parser, plot="tip positions and the map of angle and plane")
@@ -40,10 +40,7 @@ def add_to(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> N
 
 
 def _run(options: argparse.Namespace) -> int:
-    # Python's int also accepts 1_000 and the digits of other scripts.
-    samples = int(options.samples) if re.fullmatch(r"[0-9]{1,7}", options.samples) else 0
-    if not 100 <= samples <= 1_000_000:
-        raise InputError(f"--samples: got {options.samples!r}, expected {_SAMPLES}")
+    samples = whole_number("--samples", options.samples, *_SAMPLES)
     loads = loads_of(options)
     check_plot_file(options)
     rod = load_rod(options)

@@ -66,7 +66,9 @@ def rod_figure(errors: RodErrors, bound: ErrorBound | None) -> Figure:
     if bound is not None and rows.any():
         stated, _ = bound.at(errors.pressure[rows].sum(axis=1), errors.base_moment[rows])
         off.plot(np.rad2deg(errors.angle[rows]), np.rad2deg(np.asarray(stated)), "kx", label="stated bound")
-        off.legend()
+    off.plot([], [], "o", color="0.5", label="runs that judge")
+    off.plot([], [], ".", color="0.5", label="runs for the ends")
+    off.legend()
     angles.set(xlabel="largest pressure [kPa]", ylabel="bending angle [deg]")
     angles.legend(title="dots: actuator, lines: rod", fontsize="small")
     off.set(xlabel="bending angle of the full actuator [deg]", ylabel="bending angle, off by [deg]")

@@ -114,8 +114,9 @@ def _calibrate(task: Task, say: Say, iterations: int, stages: Stages) -> Finding
         notes.append(
             "No judge state of the full actuator lies in the domain: the bound is that of the cell alone."
         )
-    calibration = replace(calibration, provenance={**calibration.provenance, **_origin(task, begun, planned)})
     reached = bars(calibration, judged)
+    origin = {"from_design": {**_origin(task, begun, planned), "bars": reached, "notes": notes}}
+    calibration = replace(calibration, provenance={**calibration.provenance, **origin})
     for bar in reached:
         told = "" if bar["met"] else f": short of its bar of {bar['bar']:.3g}"
         say(f"{bar['name']}: {bar['value']:.2f} {bar['unit']}{told}")
@@ -262,23 +263,21 @@ def _about(task: Task) -> dict[str, Any]:
 
 
 def _origin(task: Task, begun: _Begun, planned: dict[str, Any]) -> dict[str, Any]:
-    """Return what the calibration's provenance tells beside fit, ends and bound."""
+    """Return what the calibration's provenance tells of the stages before the fit."""
     percent = mesh_percent(begun.mesh)
     return {
-        "from_design": {
-            **_about(task),
-            "budget_s": task.budget.seconds,
-            "range": [
-                {"chambers": list(end.chambers), "pressure_pa": end.pressure, "ends_at": end.reason}
-                for end in begun.ends
-            ],
-            "mesh_check": {
-                **begun.mesh.record(),
-                "meshes": [level_record(level) for level in (task.levels.sweep, task.levels.finer)],
-                **{key: value if math.isfinite(value) else None for key, value in percent.items()},
-            },
-            "paths": planned["paths"],
-        }
+        **_about(task),
+        "budget_s": task.budget.seconds,
+        "range": [
+            {"chambers": list(end.chambers), "pressure_pa": end.pressure, "ends_at": end.reason}
+            for end in begun.ends
+        ],
+        "mesh_check": {
+            **begun.mesh.record(),
+            "meshes": [level_record(level) for level in (task.levels.sweep, task.levels.finer)],
+            **{key: value if math.isfinite(value) else None for key, value in percent.items()},
+        },
+        "paths": planned["paths"],
     }
 
 

@@ -133,13 +133,6 @@ def cases() -> tuple[TruthCase, ...]:
         )
         # All pairs of these windings are alike, and this one has a plane of symmetry.
         named.append((f"{name}-pair23", "judge", layout(name), _ramp(_PAIRS["23"], (15, 30, 45, 50))))
-    across = layout("double-helix", math.pi / 2.0)
-    named += [
-        # Those of ψ = 0 leave the caps of pairs 3 % off.
-        ("psi90-chamber1-fit", "fit", across, _ramp((1.0, 0.0, 0.0), (20, 40, 52))),
-        ("psi90-chamber2-fit", "fit", across, _ramp((0.0, 1.0, 0.0), (20, 40, 52))),
-        ("psi90-pair12-fit", "fit", across, _ramp(_PAIRS["12"], (20, 40, 48))),
-    ]
     six = layout("six-helix")
     named += [
         ("six-helix-pair12", "judge", six, _ramp(_PAIRS["12"], (15, 30, 45, 50))),

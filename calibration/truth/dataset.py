@@ -58,6 +58,8 @@ _NOTE_KEYS: dict[str, Kind] = {"command": Text(), "code_version": Text(), "date"
 # Stations along the rod at which its axis is stored, and the range over which curvatures of the middle are
 # averaged, as shares of the body's length.
 _ALONG = np.linspace(0.0, 1.0, 13)
+# Largest difference between equal stations, over the length.
+_SAME = 1e-9
 _MIDDLE = (0.4, 0.6)
 
 
@@ -183,9 +185,22 @@ def gather(
 
 
 def merged(held: xr.Dataset, found: xr.Dataset) -> xr.Dataset:
-    """Merge the cases of two datasets in the order of `cases`; a case in both is taken from the second."""
+    """Merge the cases of two datasets in the order of `cases`; a case in both is taken from the second.
+
+    Raises
+    ------
+    TruthError
+        If their axes are stored at other stations.
+    """
+    stations = held["station"].values, found["station"].values
+    if stations[0].shape != stations[1].shape or not np.allclose(
+        *stations, rtol=0.0, atol=_SAME * stations[0].max()
+    ):
+        raise TruthError(f"truth: got stations {stations[1]} m, expected those of the file, {stations[0]} m")
+    # Equal to rounding: without this, each would be a station of its own.
+    found = found.assign_coords(station=held["station"])
     kept = held.isel(state=~np.isin(held["case"].values.astype(str), found["case"].values.astype(str)))
-    both = xr.concat([kept, found], dim="state", combine_attrs="drop")
+    both = xr.concat([kept, found], dim="state", join="exact", combine_attrs="drop")
     order = {case.name: number for number, case in enumerate(cases())}
     numbers = [order.get(str(name), len(order)) for name in both["case"].values]
     runs = {**json.loads(held.attrs["runs"]), **json.loads(found.attrs["runs"])}

@@ -20,6 +20,7 @@ TUTORIALS = ROOT / "docs" / "tutorials"
 READ = (
     "calibration/datasets",
     "calibration/truth/full_actuator.nc",
+    "designs",
     "docs/measured_template.csv",
     "examples",
     "rodmodel/calibrations",

@@ -107,6 +107,19 @@ def test_cases_come_to_those_that_a_file_has_and_take_the_place_of_their_own(run
     np.testing.assert_array_equal(anew["bending_angle"].values[:2], both["bending_angle"].values[:2])
 
 
+def test_stations_that_differ_by_rounding_are_the_same(runs):
+    """As those of a release that computed them in another order. Others are refused."""
+    directory, _ = runs
+    found = gather(directory, [SMALL])
+    shifted = found.assign_coords(station=found["station"] * (1.0 + 1e-16) + 1e-19)
+    elsewhere = shifted.assign(case=("state", np.array(["pair23", "pair23"], dtype=object)))
+    both = merged(elsewhere, found)
+    assert both.sizes["station"] == found.sizes["station"]
+    assert np.isfinite(both["axis_position"].values).all()
+    with pytest.raises(TruthError, match="truth: got stations"):
+        merged(elsewhere.assign_coords(station=2.0 * found["station"]), found)
+
+
 def test_runs_on_several_meshes_each_keep_theirs(runs, tmp_path):
     directory, _ = runs
     found = gather(directory, [SMALL])

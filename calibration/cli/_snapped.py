@@ -54,7 +54,6 @@ def add_to(commands: Any) -> argparse.ArgumentParser:
     add("--elements", default="coarse", help="mesh level (default: coarse)")
     add("--paths", type=count, default=30, help="loading paths, every fifth of them held out")
     add("--seed", type=int, default=0, help="seed of the paths")
-    add("--iterations", type=count, default=60, help="maximum iterations of the fit")
     add("--workers", type=count, default=2, help="processes, one thread each")
     add("--out", required=True, help="directory of the sweep")
     parser.set_defaults(command=_run)
@@ -94,10 +93,10 @@ def _run(options: argparse.Namespace, command: str) -> int:
         dataset,
         plan.sheet,
         calibration.section_law,
+        calibration.domain,
         plan.domain,
         length,
         options.upright_share,
-        options.iterations,
     )
     if outcome.complaint:
         return complain(f"rodmodel-calibrate snapped: {outcome.complaint}; nothing written", NOT_CONVERGED)

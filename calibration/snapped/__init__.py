@@ -1,5 +1,8 @@
 """Sweeps and laws of the section after partition walls have snapped to one side."""
 
+from calibration.snapped.affine_law import AffineLaw as AffineLaw
+from calibration.snapped.affine_law import as_network as as_network
+from calibration.snapped.affine_law import fit_affine as fit_affine
 from calibration.snapped.fit import SnappedFit as SnappedFit
 from calibration.snapped.fit import fit_snapped as fit_snapped
 from calibration.snapped.paths import snapped_paths as snapped_paths

@@ -27,7 +27,7 @@ def cycle_record(pressure: np.ndarray, found: Sequence["rodmodel.control.BranchS
 
 
 def cycle_text(record: dict[str, Any]) -> str:
-    """Return the table of a cycle's record; a jump is marked."""
+    """Return the table of a cycle's record; jumps and states of no calibrated branch are marked."""
     lines = [_COLUMNS]
     for state in record["states"]:
         pressures = " ".join(f"{p:7.2f}" for p in state["pressure_kpa"])
@@ -35,7 +35,7 @@ def cycle_text(record: dict[str, Any]) -> str:
             f"{'–' if state[key] is None else format(state[key], '.2f'):>11s}"
             for key in ("bending_angle_deg", "bending_plane_deg")
         )
-        where = state["branch"] or "unknown"
+        where = state["branch"] or "outside the calibration"
         if state["snapped_by_chamber"] is not None:
             sign = "+" if state["snapped_side"] > 0 else "-"
             where += f", chamber {state['snapped_by_chamber']}{sign}"

@@ -22,6 +22,7 @@ def plot_cycle(record: dict[str, Any], file: str | Path) -> None:
     states = record["states"]
     pressure = np.array([max(state["pressure_kpa"]) for state in states])
     top = int(np.argmax(pressure))
+    outside = np.array([not state["in_domain"] for state in states])
     figure = Figure(figsize=(9.0, 4.0), layout="constrained")
     for axes, key, name in zip(
         figure.subplots(1, 2),
@@ -36,9 +37,12 @@ def plot_cycle(record: dict[str, Any], file: str | Path) -> None:
             value[known] = np.unwrap(value[known], period=360.0)
         for part, colour, label in ((slice(0, top + 1), _UP, "up"), (slice(top, None), _DOWN, "down")):
             axes.plot(pressure[part], value[part], color=colour, label=label, marker=".", markersize=4)
+        axes.plot(pressure[outside], value[outside], ls="none", marker="o", mfc="white", color="0.4", ms=5)
         axes.set_xlabel("largest pressure [kPa]")
         axes.set_ylabel(name)
         axes.grid(alpha=0.3)
+    if outside.any():
+        figure.axes[0].plot([], [], "o", mfc="white", color="0.4", ms=5, label="outside the calibration")
     figure.axes[0].legend(frameon=False)
     with atomic_part(file) as written:
         figure.savefig(written, dpi=150, format=Path(file).suffix[1:])

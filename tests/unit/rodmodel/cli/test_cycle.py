@@ -1,6 +1,7 @@
 """`rodmodel cycle` and `predict --branch` on a calibration with a snapped branch."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -41,6 +42,25 @@ def test_a_cycle_shows_both_jumps_and_the_loop(file: str, capsys: pytest.Capture
     assert table.count("snapped, chamber 2+") == sum(state["branch"] == "snapped" for state in states)
 
 
+def test_a_gap_between_the_branches_is_told_and_does_not_end_the_cycle(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Loading ends at 50 kPa, the snapped branch at 60: between them each goes on past its calibration."""
+    made = calibrations.with_snapped((2, 1))
+    limited = replace(made.domain, pressure_max=(50e3, 50e3, 50e3))
+    (law,) = made.snapped
+    ended = replace(law, domain=replace(law.domain, pressure_min=(0.0, 60e3, 0.0)))
+    rodmodel.save_calibration(replace(made, domain=limited, snapped=(ended,)), tmp_path / "gap.json")
+    given = ["--calibration", str(tmp_path / "gap.json"), "--pressure-kpa", "0", "70", "0", "--steps", "14"]
+    status, out, err = run(capsys, "cycle", *given, "--json", "--plot", str(tmp_path / "gap.png"))
+    assert (status, err) == (0, "")
+    states = json.loads(out)["states"]
+    outside = [state["pressure_kpa"][1] for state in states if not state["in_domain"]]
+    assert outside == pytest.approx([55.0, 55.0])
+    assert [state["pressure_kpa"][1] for state in states if state["jumped"]] == pytest.approx([60.0, 50.0])
+    assert run(capsys, "cycle", *given)[1].count("outside the calibration") == 2
+
+
 def test_a_cycle_is_drawn(file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     picture = tmp_path / "loop.png"
     given = ["--calibration", file, "--pressure-kpa", "0", "70", "0", "--plot", str(picture)]
@@ -51,7 +71,7 @@ def test_a_cycle_is_drawn(file: str, tmp_path: Path, capsys: pytest.CaptureFixtu
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--pressure-kpa", "0", "90", "0"], "expected a cycle inside the calibration: at "),
+        (["--pressure-kpa", "0", "90", "0"], "expected the top of the cycle inside the calibration"),
         (["--pressure-kpa", "0", "0", "0"], "--pressure-kpa: got '0 0 0', expected one above 0"),
         (["--pressure-kpa", "0", "9", "0", "--steps", "1"], "--steps: got '1', expected a whole number"),
     ],

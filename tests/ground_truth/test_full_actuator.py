@@ -56,7 +56,7 @@ def test_the_rod_is_as_near_as_the_documentation_says(verdict: Verdict) -> None:
     # Below 52 kPa no worse than the law that went no further, 1.26, and the rounding of it.
     assert report_rods(below(verdict, 52e3))[PAPER]["tip_percent"]["worst"] <= 1.31
     assert judge["tip_percent"]["p95"] <= 2.0
-    assert fit[PAPER]["tip_percent"]["median"] <= 0.39
+    assert fit[PAPER]["tip_percent"]["median"] <= 0.7
 
 
 def test_rods_of_all_windings_are_within_the_worst_that_is_asked(verdict: Verdict) -> None:

@@ -21,7 +21,8 @@ def truth() -> xr.Dataset:
 
 
 @pytest.mark.xfail(
-    strict=True, reason="γ is 16 and 46° off, near half a turn; no law below 66 kPa, where walls fold in steps"
+    strict=True,
+    reason="γ is 16 and 46° off, near half a turn; below 66 kPa there is no law",
 )
 def test_snapped_rods_bend_as_far_and_as_far_aside_as_the_actuator(truth: xr.Dataset) -> None:
     states = compare_snapped(truth)

@@ -38,14 +38,15 @@ def winding(request: pytest.FixtureRequest) -> tuple[float, float, bool]:
 
 @pytest.fixture(scope="module")
 def states(winding: tuple[float, float, bool], calibration: rodmodel.Calibration) -> list[CellState]:
-    """Equilibria of the coarse cell, with the mesh and the ends of the calibration."""
+    """Equilibria of the cell, with the mesh and the ends of the calibration."""
     loads = [
         Load(tuple(1e3 * p for p in pressure), moment=tuple(1e-3 * m for m in moment))
         for pressure, moment in LOADS
     ]
     # Files of before the silicone could slide hold its length.
     compliance = calibration.provenance.get("end_compliance_m_per_n", 0.0)
-    cell = PeriodCell(winding=DoubleHelix(*winding[:2]), level="coarse", end_compliance=compliance)
+    level = calibration.provenance["mesh"]
+    cell = PeriodCell(winding=DoubleHelix(*winding[:2]), level=level, end_compliance=compliance)
     return list(follow(cell, loads))
 
 

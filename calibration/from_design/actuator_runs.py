@@ -49,9 +49,10 @@ def cases_for(task: Task, domain: Domain) -> tuple[TruthCase, ...]:
     """
     design, mirror = task.design, task.design.winding.mirror_symmetric
     ways: list[tuple[str, Literal["fit", "judge"], tuple[float, float, float]]] = [
+        # The ends first: without them a judge tells little.
+        ("chambers12", "fit", (1.0, 1.0, 0.0)),
         ("chamber1", "fit", (1.0, 0.0, 0.0)),
         ("chambers23", "judge", (0.0, 1.0, 1.0)),
-        ("chambers12", "fit", (1.0, 1.0, 0.0)),
         ("chamber2", "judge", (0.0, 1.0, 0.0)),
     ]
     if task.budget.converged:

@@ -108,6 +108,8 @@ def _calibrate(task: Task, say: Say, iterations: int, stages: Stages) -> Finding
     judged = {"states": 0, "judged": 0} if errors is None else summary(errors, length)
     if errors is not None and judged["judged"]:
         bound, note = bound_of(errors, calibration, near)
+        if bound is None:
+            notes.append("No shipped calibration states a bound: this one has none of its own either.")
         provenance = {**calibration.provenance, "bound": {**_about(task), **note}}
         calibration = replace(calibration, bound=bound, provenance=provenance)
     else:

@@ -28,7 +28,7 @@ print(json.dumps({"share": here / everywhere, "parts": parts, "left": os.environ
 
 
 def test_compiled_code_runs_whole_in_the_calling_thread() -> None:
-    """Its share of the processor's time, half a second, is all; by default others have most of it."""
+    """All of the processor's time, half a second, is its own; by default the loop is cut for other threads."""
     # One's compiled code is not to serve the other.
     alone = {name: value for name, value in os.environ.items() if name != "JAX_COMPILATION_CACHE_DIR"}
     found = {}
@@ -36,6 +36,8 @@ def test_compiled_code_runs_whole_in_the_calling_thread() -> None:
         command = [sys.executable, "-c", SCRIPT, name]
         run = subprocess.run(command, env=alone, capture_output=True, text=True, check=True)
         found[name] = json.loads(run.stdout)
-    assert found["prepared"]["share"] > 0.9 > 0.5 > found["plain"]["share"]
+    assert found["prepared"]["share"] > 0.9
     assert found["prepared"]["parts"] == 0
+    if len(os.sched_getaffinity(0)) > 1:
+        assert found["plain"]["parts"] > 0
     assert found["prepared"]["left"] is None

@@ -28,7 +28,7 @@ print(json.dumps({"share": here / everywhere, "parts": parts, "left": os.environ
 
 
 def test_compiled_code_runs_whole_in_the_calling_thread() -> None:
-    """All of the processor's time, half a second, is its own; by default the loop is cut for other threads."""
+    """All of the processor's time is its own, half a second; by default the loop is cut for other threads."""
     # One's compiled code is not to serve the other.
     alone = {name: value for name, value in os.environ.items() if name != "JAX_COMPILATION_CACHE_DIR"}
     found = {}

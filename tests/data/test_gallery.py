@@ -36,6 +36,7 @@ def test_bars_are_met_or_the_shortfall_is_stated(name: str) -> None:
         assert bar["met"] is (bar["value"] <= bar["bar"])
     assert bars["tip of judge runs, median"]["met"]
     assert made.bound is not None
+    assert 0.0 < made.bound.angle[0] <= made.bound.angle[-1] < 0.3
     assert made.provenance["bound"]["judge_states"] >= 4
 
 

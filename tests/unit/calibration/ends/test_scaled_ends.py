@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from calibration.ends import cell_bending as cells
 from calibration.ends import fit as ends
 from fem_reference import Design, Load, design_text, follow
 from tests.fem_fixtures import TINY
@@ -79,9 +80,9 @@ def test_the_cells_of_runs_are_of_their_design(monkeypatch):
         made.append((design, level, compliance))
         raise InterruptedError
 
-    monkeypatch.setattr(ends.PeriodCell, "of", cell_of)
+    monkeypatch.setattr(cells.PeriodCell, "of", cell_of)
     with pytest.raises(InterruptedError):
-        ends.cell_bending(truth_of_similar(), 0.1e-3)
+        cells.cell_bending(truth_of_similar(), 0.1e-3)
     (design, _, compliance) = made[0]
     # Numbers of a text have twelve digits or more.
     assert design.geometry.body_diameter == pytest.approx(DESIGN.geometry.body_diameter, rel=1e-12)
@@ -92,17 +93,17 @@ def test_the_cells_of_runs_are_of_their_design(monkeypatch):
 def test_a_cell_that_keeps_its_plane_has_the_response_of_a_free_one(monkeypatch):
     """Curvature and stiffness in the plane of chamber 1, below where a free cell leaves it."""
     asked = []
-    make = ends.PeriodCell.of
+    make = cells.PeriodCell.of
 
     def cell_of(design, level, compliance, symmetric=False):
         asked.append(symmetric)
         return make(design, TINY, compliance, symmetric=symmetric)
 
-    monkeypatch.setattr(ends.PeriodCell, "of", cell_of)
+    monkeypatch.setattr(cells.PeriodCell, "of", cell_of)
     truth = paper.truth_of().isel(state=[0, 4])
     truth["case"] = (("state",), np.array(["chamber1-fit", "pair23-fit"], dtype=object))
     truth["pressure"] = (("state", "chamber"), np.array([[12e3, 0.0, 0.0], [0.0, 9e3, 9e3]]))
-    found = ends.cell_bending(truth, 0.1e-3)
+    found = cells.cell_bending(truth, 0.1e-3)
     assert asked == [True, True, False]
     free = make(Design(), TINY, 0.1e-3)
     for row, pressure in enumerate(truth["pressure"].values):

@@ -29,6 +29,10 @@ PARAMETERS = {
     "tip_offset": 1.0,
     "tip_offset_curvature": 5e-3,
 }
+# Bounds of the search, in these units: few states of small curvature tell the cap's offset by its slope
+# alone, and would take both numbers of it to infinity. An offset is at most half of the diameter.
+_LEAST = np.array([-50.0, -30.0, -6.0, -6.0, 0.1])
+_MOST = np.array([50.0, 30.0, 30.0, 6.0, 40.0])
 # Starts of the search: near the paper's ends; and no ends, so that none fit worse than those.
 _STARTS = np.ones(len(PARAMETERS)), np.array([0.0, 0.0, 0.0, 0.0, 1.0])
 _AZIMUTHS = 2.0 * np.pi / 3.0 * np.arange(3)
@@ -170,7 +174,7 @@ def fit_ends(truth: xr.Dataset, body_length: float, cap_length: float, complianc
     units = actuator.scales
     x, fun, jac = _least_squares(actuator)
     variance = fun @ fun / (fun.size - x.size)
-    errors = units * np.sqrt(np.diag(np.linalg.inv(jac.T @ jac)) * variance)
+    errors = units * np.sqrt(np.diag(np.linalg.pinv(jac.T @ jac)) * variance)
     none = units * _STARTS[1]
     (before, turn_before), (after, turn_after) = (
         tuple(_root_mean_square(part) for part in actuator.misses(values)) for values in (none, units * x)
@@ -290,9 +294,7 @@ def _least_squares(poses: _Poses) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             np.concatenate([place, place + 0.5 * poses.body_length * along]).ravel() / poses.units.millimetre
         )
 
-    low = np.full(len(units), -np.inf)
-    low[-1] = 0.1
-    tried = [least_squares(residual, start, bounds=(low, np.inf)) for start in _STARTS]
+    tried = [least_squares(residual, start, bounds=(_LEAST, _MOST)) for start in _STARTS]
     found = min(tried, key=lambda one: float(one.cost))
     return found.x, found.fun, found.jac
 

@@ -72,6 +72,30 @@ def test_the_better_of_two_searches_gives_the_ends(stuck, monkeypatch):
     assert found.after < 1e-3 * found.before
 
 
+def test_states_of_little_bending_do_not_take_the_ends_to_infinity(monkeypatch):
+    """The cap's offset is linear in the curvature there: its slope is told, and not where it ends."""
+    truth, share = paper.truth_of().isel(state=[0, 1, 2]), 0.01
+    rows = [0, 1, 2]
+    curvature = share * paper.CURVATURE[rows]
+    tip, axis = ends.tip_between_ends(
+        curvature,
+        share * paper.PRESSURE[rows],
+        paper.SOFTNESS[rows],
+        paper.BODY,
+        paper.CAP,
+        **{**paper.PLANTED, "tip_offset": 2.0, "tip_offset_curvature": 8e3},
+    )
+    truth["pressure"] = (("state", "chamber"), share * paper.PRESSURE[rows])
+    truth["tip_position"] = (("state", "axis"), tip)
+    truth["tip_rotation"] = (("state", "row", "column"), np.stack([0.0 * axis, 0.0 * axis, axis], axis=2))
+    cell = cells.Bending(curvature, np.ones(3), paper.VOLUME[:4], paper.STIFFNESS[:4])
+    monkeypatch.setattr(ends, "cell_bending", lambda chosen, compliance: cell)
+    found = ends.fit_ends(truth, paper.BODY, paper.CAP, 0.0)
+    assert abs(found.values["tip_offset"]) <= 6e-3
+    assert found.after < 0.1 * found.before
+    assert np.isfinite(list(found.standard_errors.values())).all()
+
+
 def test_the_cells_of_runs_are_of_their_design(monkeypatch):
     """Of its material and dimensions, on the mesh of the runs, with the compliance that is tried."""
     made = []

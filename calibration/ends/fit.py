@@ -174,7 +174,7 @@ def fit_ends(truth: xr.Dataset, body_length: float, cap_length: float, complianc
     units = actuator.scales
     x, fun, jac = _least_squares(actuator)
     variance = fun @ fun / (fun.size - x.size)
-    errors = units * np.sqrt(np.diag(np.linalg.pinv(jac.T @ jac)) * variance)
+    errors = units * np.sqrt(np.diag(np.linalg.inv(jac.T @ jac)) * variance)
     none = units * _STARTS[1]
     (before, turn_before), (after, turn_after) = (
         tuple(_root_mean_square(part) for part in actuator.misses(values)) for values in (none, units * x)

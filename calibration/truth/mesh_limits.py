@@ -1,8 +1,9 @@
-"""What the angle of a run would be in the limit of fine meshes, from the refinement study of the cell.
+"""What a run's angle and volumes would be in the limit of fine meshes, from the cell's refinement study.
 
 The study (``python -m tests.benchmark.refinement``) bends the cell of each winding by one chamber and by two,
 on nested meshes, and tells an interval of the limit. ``python -m tests.benchmark.refinement.mesh_table``
-writes the ratio of the limit to the angle of each mesh to the table that ships here.
+writes the ratio of the limit to the angle of each mesh, and the change of the chambers' volumes, to the table
+that ships here.
 
 A state with pressure in one chamber, or the same in two, has the ratio of that path at its pressure. Turns
 and the mirror image of a helix reduce all chambers and pairs to chamber 1 and chambers 1 and 2 at another ψ.
@@ -20,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from rodmodel import Layout
 
@@ -44,6 +46,8 @@ class MeshRatio:
     path : one chamber, or two.
     pressure : pressures, increasing [Pa].
     least, most : interval of the ratio at each pressure.
+    volume_change : volumes in the middle of their intervals less those on the mesh, per length of the rod, of
+        the path's first chamber and of those at 120° and 240° from it, at each pressure [m²].
     """
 
     layout: Layout
@@ -52,12 +56,19 @@ class MeshRatio:
     pressure: tuple[float, ...]
     least: tuple[float, ...]
     most: tuple[float, ...]
+    volume_change: tuple[tuple[float, float, float], ...]
 
     def at(self, pressure: float) -> tuple[float, float]:
         """Return the interval at a pressure, linear between those of the study and constant outside."""
         return (
             float(np.interp(pressure, self.pressure, self.least)),
             float(np.interp(pressure, self.pressure, self.most)),
+        )
+
+    def volumes_at(self, pressure: float) -> Float[np.ndarray, "3"]:
+        """Return the change of the volumes at a pressure, likewise [m²]."""
+        return np.array(
+            [np.interp(pressure, self.pressure, of) for of in zip(*self.volume_change, strict=True)]
         )
 
 
@@ -69,11 +80,14 @@ class Interval:
     ----------
     least, most : ends of the interval.
     known : whether the study knows the winding, or the interval is that of others.
+    volume_change : volumes in the limit less those on the mesh, per length of the rod [m²]; of several paths
+        or windings their mean.
     """
 
     least: float
     most: float
     known: bool
+    volume_change: Float[np.ndarray, "3"]
 
     @property
     def middle(self) -> float:
@@ -107,15 +121,20 @@ class MeshLimits:
         """
         of_mesh = [ratio for ratio in self.ratios if ratio.mesh == mesh]
         if not of_mesh:
-            return Interval(math.nan, math.nan, known=False)
+            return Interval(math.nan, math.nan, known=False, volume_change=np.full(3, math.nan))
         largest, known = float(max(pressure)), True
-        found: list[tuple[float, float]] = []
+        found: list[tuple[MeshRatio, list[int]]] = []
         for path, chamber in _paths(pressure):
             of_path = [ratio for ratio in of_mesh if ratio.path == path]
-            own = [ratio for ratio in of_path if _is_alike(ratio, layout, chamber)]
+            own = [(ratio, order) for ratio in of_path if (order := _order(ratio, layout, chamber))]
             known &= bool(own)
-            found += [ratio.at(largest) for ratio in own[:1] or _relatives(of_path, layout)]
-        return Interval(min(least for least, _ in found), max(most for _, most in found), known)
+            others = [(ratio, _turned(chamber)) for ratio in _relatives(of_path, layout)]
+            found += own[:1] or others
+        ends = [ratio.at(largest) for ratio, _ in found]
+        volumes = [ratio.volumes_at(largest)[np.argsort(order)] for ratio, order in found]
+        return Interval(
+            min(least for least, _ in ends), max(most for _, most in ends), known, np.mean(volumes, axis=0)
+        )
 
 
 def _paths(pressure: Sequence[float]) -> list[tuple[str, int]]:
@@ -133,21 +152,37 @@ def _paths(pressure: Sequence[float]) -> list[tuple[str, int]]:
     return [(ONE_CHAMBER, first), (TWO_CHAMBERS, pair)]
 
 
-def _is_alike(ratio: MeshRatio, layout: Layout, chamber: int) -> bool:
-    """Return whether a path is that of a winding's chamber, or of the pair that begins with it."""
+def _order(ratio: MeshRatio, layout: Layout, chamber: int) -> list[int] | None:
+    """Return a state's chambers in the order of a path that is its own, turned or mirrored; or None.
+
+    Parameters
+    ----------
+    ratio : path of the study.
+    layout : winding of the state.
+    chamber : its first chamber, 0 to 2: that of its path, or of the pair that begins with it.
+    """
     own = ratio.layout
     if own.name != layout.name or abs(own.pitch - layout.pitch) > _SAME:
-        return False
+        return None
     if layout.name == "ring":
-        return True
+        return _turned(chamber)
     if own.psi is None or layout.psi is None:
-        return False
+        return None
     # Seen from that chamber; half a turn is a shift along the rod, for six helices a sixth of a turn.
     psi = layout.psi - chamber * 2.0 * math.pi / 3.0
     turn = math.pi if layout.name == "double-helix" else math.pi / 3.0
+    if abs(math.remainder(own.psi - psi, turn)) < _SAME:
+        return _turned(chamber)
     # The mirror image of chamber 1 is at −ψ. That of chambers 1 and 2 is of 1 and 3, 240° further on.
-    mirrored = -psi if ratio.path == ONE_CHAMBER else -psi - math.pi / 3.0
-    return any(abs(math.remainder(own.psi - one, turn)) < _SAME for one in (psi, mirrored))
+    alone = ratio.path == ONE_CHAMBER
+    if abs(math.remainder(own.psi + psi + (0.0 if alone else math.pi / 3.0), turn)) < _SAME:
+        first, second, third = _turned(chamber)
+        return [first, third, second] if alone else [second, first, third]
+    return None
+
+
+def _turned(chamber: int) -> list[int]:
+    return [(chamber + k) % 3 for k in range(3)]
 
 
 def _relatives(ratios: Sequence[MeshRatio], layout: Layout) -> Sequence[MeshRatio]:
@@ -168,6 +203,7 @@ def save_limits(ratios: Iterable[MeshRatio], provenance: dict[str, Any], file: P
             "pressure_pa": list(r.pressure),
             "least": list(r.least),
             "most": list(r.most),
+            "volume_change_m2": [list(row) for row in r.volume_change],
         }
         for r in ratios
     ]
@@ -191,6 +227,7 @@ def load_limits(file: Path = SHIPPED_LIMITS) -> MeshLimits:
                 tuple(row["pressure_pa"]),
                 tuple(row["least"]),
                 tuple(row["most"]),
+                tuple(tuple(volumes) for volumes in row["volume_change_m2"]),
             )
             for row in content["ratios"]
         )

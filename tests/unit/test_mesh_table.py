@@ -12,7 +12,8 @@ QUADRATIC = {"quadratic x1": 61.0, "quadratic x2": 60.8, "quadratic-2 x1": 60.6}
 
 
 def solved(winding: str, mesh: str, angle: float) -> Solved:
-    state = {"pressure_kpa": [40.0, 0.0, 0.0], "angle_deg": angle}
+    volumes = {f"volume_{k}": k * angle for k in (1, 2, 3)}
+    state = {"pressure_kpa": [40.0, 0.0, 0.0], "angle_deg": angle, **volumes}
     return Solved(winding, mesh, 1, 1, {"chamber 1": [state], "chambers 1+2": []})
 
 
@@ -28,6 +29,8 @@ def test_a_ratio_is_the_limit_over_the_value_on_the_mesh():
     assert coarse.pressure == (40e3,)
     assert coarse.layout.psi == pytest.approx(1.5707963)
     assert (coarse.least[0], coarse.most[0]) == pytest.approx((interval.least / 59.0, interval.most / 59.0))
+    change = 1e-6 * (0.5 * (interval.least + interval.most) - 59.0)
+    assert coarse.volume_change[0] == pytest.approx((change, 2.0 * change, 3.0 * change))
     assert layered.least[0] == pytest.approx(interval.least / 59.6)
 
 

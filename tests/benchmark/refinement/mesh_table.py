@@ -1,4 +1,4 @@
-"""Table of how far each mesh's angle is from the limit, for the bounds of the rods.
+"""Table of how far each mesh's angle and volumes are from the limit, for the bounds of the rods.
 
 Run as ``python -m tests.benchmark.refinement.mesh_table [RUN] [--out FILE]`` on what
 ``python -m tests.benchmark.refinement RUN`` has solved; without RUN, on the record that ships. It replaces
@@ -40,12 +40,26 @@ def ratios(found: dict[str, dict[str, Solved]]) -> list[MeshRatio]:
                 for pressure in pressures:
                     interval = limit(meshes, path, pressure, "angle_deg")
                     value = meshes[mesh].value(path, pressure, "angle_deg")
-                    if interval is not None and np.isfinite(value):
-                        known.append((1e3 * pressure, interval.least / value, interval.most / value))
+                    volumes = _volume_change(meshes, mesh, path, pressure)
+                    if interval is not None and volumes is not None and np.isfinite(value):
+                        known.append((1e3 * pressure, interval.least / value, interval.most / value, volumes))
                 if known:
-                    at, least, most = (tuple(column) for column in zip(*known, strict=True))
-                    rows.append(MeshRatio(layout_of(winding), level, title, at, least, most))
+                    at, least, most, change = (tuple(column) for column in zip(*known, strict=True))
+                    rows.append(MeshRatio(layout_of(winding), level, title, at, least, most, change))
     return rows
+
+
+def _volume_change(
+    meshes: dict[str, Solved], mesh: str, path: str, pressure: float
+) -> tuple[float, ...] | None:
+    """Volumes per length in the middle of their intervals less those on a mesh [m²]; None if not told."""
+    changes = []
+    for key in ("volume_1", "volume_2", "volume_3"):
+        interval = limit(meshes, path, pressure, key)
+        if interval is None:
+            return None
+        changes.append(1e-6 * (interval.middle - meshes[mesh].value(path, pressure, key)))
+    return tuple(changes)
 
 
 def main() -> int:

@@ -30,6 +30,8 @@ def ratio(
         (20e3, 40e3),
         (middle - 0.1, middle - 0.2),
         (middle + 0.1, middle + 0.2),
+        # Of the path's chambers in their order.
+        ((middle, middle + 10.0, middle + 20.0), (middle + 1.0, middle + 11.0, middle + 21.0)),
     )
 
 
@@ -70,6 +72,23 @@ def test_pressures_between_those_of_the_study_are_interpolated_and_others_take_t
     assert widths == pytest.approx([0.1, 0.1, 0.15, 0.2])
 
 
+@pytest.mark.parametrize(
+    ("psi", "kpa", "changes"),
+    [
+        (0.0, (20, 0, 0), (1.0, 11.0, 21.0)),
+        # Seen from chamber 3, 90° are 90° − 240° + 180° = 30°; from chamber 2 −30°, its mirror image.
+        (90.0, (0, 0, 20), (11.03, 21.03, 1.03)),
+        (90.0, (0, 20, 0), (11.03, 1.03, 21.03)),
+        (0.0, (20, 20, 0), (2.0, 12.0, 22.0)),
+        (0.0, (20, 0, 20), (2.0, 22.0, 12.0)),
+        (0.0, (40, 0, 0), (2.0, 12.0, 22.0)),
+    ],
+)
+def test_volumes_change_in_the_order_of_the_paths_chambers(psi, kpa, changes):
+    found = TABLE.interval(helix(psi), "coarse", [1e3 * p for p in kpa])
+    assert found.volume_change == pytest.approx(changes)
+
+
 @pytest.mark.parametrize("kpa", [(20, 10, 0), (10, 20, 5), (20, 20, 5), (0, 0, 0)])
 def test_a_state_between_two_paths_spans_both(kpa):
     found = TABLE.interval(helix(0.0), "coarse", [1e3 * p for p in kpa])
@@ -80,7 +99,10 @@ def test_a_state_between_two_paths_spans_both(kpa):
 def test_an_unknown_winding_spans_the_other_orientations_or_all_windings():
     other = ratio(0.0, mesh="coarse", name="ring")
     many = MeshLimits(
-        (*TABLE.ratios, MeshRatio(other.layout, "coarse", ONE_CHAMBER, (20e3,), (0.5,), (0.6,)))
+        (
+            *TABLE.ratios,
+            MeshRatio(other.layout, "coarse", ONE_CHAMBER, (20e3,), (0.5,), (0.6,), ((0.0, 0.0, 0.0),)),
+        )
     )
     within = many.interval(helix(45.0), "coarse", (20e3, 0.0, 0.0))
     assert not within.known
@@ -108,5 +130,7 @@ def test_the_table_that_ships_is_of_intervals_around_one():
     assert ratios
     for one in ratios:
         assert len(one.pressure) == len(one.least) == len(one.most)
+        # Some 20 mm² each.
+        assert all(abs(change) < 2e-6 for row in one.volume_change for change in row)
         for least, most in zip(one.least, one.most, strict=True):
             assert 0.85 < least <= most < 1.15

@@ -257,7 +257,7 @@ def domain_of(design: Design, ends: Sequence[PathEnd]) -> Domain:
         return Domain((first, second, third), 2.0 * pair, moment, torque)
     # A pair below half of one chamber's pressure would want a share above one. Three digits are enough.
     share = min(math.ceil(1e3 * (most / pair - 1.0) - 1e-9) / 1e3, 1.0)
-    beside = (1.0 + share) * pair
+    beside = rounded_down((1.0 + share) * pair)
     first, second, third = (min(p, beside) for p in each)
     return Domain((first, second, third), 2.0 * pair, moment, torque, share, beside)
 

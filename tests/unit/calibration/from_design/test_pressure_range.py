@@ -108,6 +108,13 @@ def test_the_corners_of_a_domain_are_the_ends_of_the_paths(pair, beside):
     assert not inside(domain, 1.01 * corners, none).any()
 
 
+def test_limits_have_three_digits_and_lose_less_than_a_percent_of_the_pairs():
+    domain = domain_of(OPEN, ends(first=25.9e3, second=25.1e3, pair=24.7e3))
+    assert domain.beside_max == 25.9e3
+    assert 0.99 * 24.7e3 < domain.beside_max / (1.0 + domain.beside_share) <= 24.7e3
+    assert "25.9 kPa in each" in domain.largest_pressures("kPa")
+
+
 def test_a_domain_of_another_body_is_scaled_in_its_moments():
     """A section's moments go as modulus times length³."""
     half = replace(

@@ -58,16 +58,30 @@ class BranchSolution:
     solution : equilibrium.
     branch : branch that it is on; the next call's `before`.
     jumped : whether that is another branch than before.
-    other_possible : whether an actuator with another past may be on another branch under these pressures.
-    reach : the largest factor on the pressures for which this branch goes on; below one beyond its end,
-        infinite without pressure.
+    pressure : gauge pressures [Pa], (3,).
+    domain : of the branch.
+    other_domains : of the branches of another name.
     """
 
     solution: CoreSolution
     branch: Branch
     jumped: bool
-    other_possible: bool
-    reach: float
+    pressure: tuple[float, float, float]
+    domain: Domain
+    other_domains: tuple[Domain, ...]
+
+    @property
+    def other_possible(self) -> bool:
+        """Whether an actuator with another past may be on another branch under these pressures."""
+        return any(_covers(other, self.pressure) for other in self.other_domains)
+
+    @property
+    def reach(self) -> float:
+        """The largest factor on the pressures for which this branch goes on.
+
+        It is below one beyond the branch's end, and infinite without pressure.
+        """
+        return self.domain.reach(self.pressure)
 
 
 @final
@@ -84,6 +98,7 @@ class Branches:
     def __init__(self, loading: CoreRod, snapped: Mapping[Branch, CoreRod]) -> None:
         self.loading = loading
         self.snapped = dict(snapped)
+        self._snapped_domains = tuple(rod.domain for rod in self.snapped.values())
 
     def rod(self, branch: Branch) -> CoreRod:
         """Return the rod of a branch.
@@ -140,17 +155,17 @@ class Branches:
             now = LOADING
         elif branch == "snapped":
             now = self._snapped_at(p, before)
-        domain = self.rod(now).domain
-        others = (self.rod(b).domain for b in (LOADING, *self.snapped) if b.name != now.name)
+        rod = self.rod(now)
         return BranchSolution(
-            solution=self.rod(now).solve(pressure, **given),
+            solution=rod.solve(pressure, **given),
             branch=now,
             jumped=now != before,
-            other_possible=any(_covers(other, p) for other in others),
-            reach=domain.reach(p),
+            pressure=p,
+            domain=rod.domain,
+            other_domains=self._snapped_domains if now == LOADING else (self.loading.domain,),
         )
 
-    def _snapped_at(self, pressure: np.ndarray, before: Branch) -> Branch:
+    def _snapped_at(self, pressure: tuple[float, float, float], before: Branch) -> Branch:
         chamber = int(np.argmax(pressure)) + 1
         of_chamber = [b for b in self.snapped if b.chamber == chamber]
         if not of_chamber:
@@ -162,12 +177,14 @@ class Branches:
         return before if before in of_chamber else of_chamber[0]
 
 
-def _three(pressure: Numbers) -> np.ndarray:
+def _three(pressure: Numbers) -> tuple[float, float, float]:
     p = np.asarray(pressure, float)
     if p.shape != (3,):
         raise ValueError(f"pressure: got shape {p.shape}, expected (3,): three gauge pressures [Pa]")
-    return p
+    # Plain numbers: an array of three costs a domain ten times as much.
+    first, second, third = p.tolist()
+    return first, second, third
 
 
-def _covers(domain: Domain, pressure: np.ndarray) -> bool:
+def _covers(domain: Domain, pressure: tuple[float, float, float]) -> bool:
     return bool(domain.covers_pressure(pressure))

@@ -1,10 +1,11 @@
 """Does every solve end well? Random pressures and loads all over the domain of each shipped law.
 
-Run as ``python -m tests.benchmark.bench_loads [--cases 10000]``; ``--json`` for one object. By law and kind
-of load: the share of cases that converge, the failures by result, and how many rows that converged hold a
-number that is not finite. Loads have random directions and sizes up to the largest below. A rod that has no
-stable equilibrium under its load counts as a failure too, though it is rightly told. A law of all
-orientations is taken at one.
+Run as ``python -m tests.benchmark.bench_loads [--cases 10000]``; ``--json`` for one object. By law, sheet and
+kind of load: the share of cases that converge, the failures by result, and how many rows that converged hold
+a number that is not finite. The sheets of a law are its domain, in which pressures are spread evenly;
+chambers alone, where they go beyond it; and its snapped branches. Loads have random directions and sizes up
+to the largest below. A rod that has no stable equilibrium under its load counts as a failure too, though it
+is rightly told. A law of all orientations is taken at one.
 """
 
 import argparse
@@ -12,12 +13,14 @@ import collections
 import json
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from rodmodel import Domain
 from rodmodel.core import SOLUTION, CoreRod, Result
-from rodmodel.io import Calibration, find_among, shipped_calibrations
+from rodmodel.io import Calibration, branches_of, find_among, shipped_calibrations
 from tests.benchmark.timing.figures import keep, where
 
 CASES, SEED, STEPS, THREADS = 10_000, 7, 32, 2
@@ -26,11 +29,22 @@ ORIENTATION = 0.37  # of a law of all [rad]
 FORCE, MOMENT, LINE_FORCE, GRAVITY = 0.05, 2e-3, 0.05 / 0.06, 9.81
 
 
-def rod_of(calibration: Calibration) -> CoreRod:
-    """Rod of one calibration, whatever others serve its layout."""
+def sheets_of(calibration: Calibration) -> Iterator[tuple[str, CoreRod, Domain]]:
+    """Name, rod and domain of each sheet of one calibration, whatever others serve its layout."""
     layout = calibration.layout
     psi = ORIENTATION if layout.psi is None else layout.psi
-    return CoreRod.of(find_among([calibration], layout.name, psi, layout.pitch))
+    branches = branches_of(find_among([calibration], layout.name, psi, layout.pitch))
+    domain = branches.loading.domain
+    yield "all over", branches.loading, replace(domain, single_max=(0.0, 0.0, 0.0))
+    for chamber, most in enumerate(domain.single_max):
+        if most > 0.0:
+            beside = [domain.single_beside] * 3
+            beside[chamber] = most
+            first, second, third = beside
+            alone = Domain((first, second, third), sum(beside), domain.moment_max, domain.torque_max)
+            yield f"chamber {chamber + 1} alone", branches.loading, alone
+    for branch, rod in branches.snapped.items():
+        yield str(branch), rod, rod.domain
 
 
 def name_of(calibration: Calibration) -> str:
@@ -40,12 +54,12 @@ def name_of(calibration: Calibration) -> str:
     return f"{layout.name}, {psi}, {1e3 * layout.pitch:g} mm"
 
 
-def pressures_of(rod: CoreRod, cases: int, rng: np.random.Generator) -> np.ndarray:
-    """Pressures spread evenly over the domain, (cases, 3) [Pa]."""
-    found = np.empty((0, 3))
+def pressures_of(domain: Domain, cases: int, rng: np.random.Generator) -> np.ndarray:
+    """Pressures spread evenly over a domain, (cases, 3) [Pa]."""
+    found, least = np.empty((0, 3)), np.array(domain.pressure_min)
     while len(found) < cases:
-        drawn = rng.uniform(0.0, 1.0, (cases, 3)) * np.array(rod.domain.pressure_max)
-        found = np.concatenate([found, drawn[rod.domain.covers_pressure(drawn.T)]])
+        drawn = least + rng.uniform(0.0, 1.0, (cases, 3)) * (np.array(domain.pressure_max) - least)
+        found = np.concatenate([found, drawn[domain.covers_pressure(drawn.T)]])
     return found[:cases]
 
 
@@ -65,20 +79,22 @@ def kinds_of_load(cases: int, rng: np.random.Generator) -> dict[str, dict[str, A
 
 
 def rows(calibration: Calibration, cases: int) -> Iterator[dict[str, Any]]:
-    """What became of the cases of one law, by kind of load."""
-    rod, rng = rod_of(calibration), np.random.default_rng(SEED)
-    pressures = pressures_of(rod, cases, rng)
-    for kind, loads in kinds_of_load(cases, rng).items():
-        found = rod.solve_many(pressure=pressures, steps=STEPS, threads=THREADS, **loads)
-        good = found["result"] == Result.successful
-        failures = collections.Counter(Result(int(result)).name for result in found["result"][~good])
-        yield {
-            "law": name_of(calibration),
-            "kind": kind,
-            "converged_percent": 100.0 * float(np.mean(good)),
-            "not_finite": int(np.sum(not_finite(found[good]))),
-            "failures": dict(failures.most_common()),
-        }
+    """What became of the cases of one law, by sheet and kind of load."""
+    rng = np.random.default_rng(SEED)
+    for sheet, rod, domain in sheets_of(calibration):
+        pressures = pressures_of(domain, cases, rng)
+        for kind, loads in kinds_of_load(cases, rng).items():
+            found = rod.solve_many(pressure=pressures, steps=STEPS, threads=THREADS, **loads)
+            good = found["result"] == Result.successful
+            failures = collections.Counter(Result(int(result)).name for result in found["result"][~good])
+            yield {
+                "law": name_of(calibration),
+                "sheet": sheet,
+                "kind": kind,
+                "converged_percent": 100.0 * float(np.mean(good)),
+                "not_finite": int(np.sum(not_finite(found[good]))),
+                "failures": dict(failures.most_common()),
+            }
 
 
 def not_finite(found: np.ndarray) -> np.ndarray:
@@ -105,7 +121,8 @@ def main() -> None:
             failures = ", ".join(f"{count} {name}" for name, count in row["failures"].items())
             if not options.json:
                 print(
-                    f"{row['law']:32s} {row['kind']:22s} {row['converged_percent']:7.2f} % converged, "
+                    f"{row['law']:32s} {row['sheet']:16s} {row['kind']:22s} "
+                    f"{row['converged_percent']:7.2f} % converged, "
                     f"{row['not_finite']} not finite  {failures}",
                     flush=True,
                 )

@@ -86,7 +86,7 @@ def report(
     cell = PeriodCell(winding=winding, level=level, thread=Thread(coupling=coupling))
     loads = [Load((1e3 * p, 0.0, 0.0)) for p in kilopascals]
     angles = {
-        f"{p:g} kPa": round(math.degrees(cell.geometry.body_length * math.hypot(*state.curvature[:2])), 3)
+        f"{p:g} kPa": round(math.degrees(state.bending(cell.geometry.body_length)[0]), 3)
         for p, state in zip(kilopascals, follow(cell, loads), strict=True)
     }
     seconds = round(time.process_time() - start, 1)

@@ -1,8 +1,8 @@
 """Write docs/reference/benchmark.md's tables and its picture from what the benchmarks have kept.
 
 Run as ``python -m tests.benchmark.page``, after `bench_rod`, `bench_processes`, `bench_inverse`,
-`bench_loads` and `bench_peers`, as ``make bench`` does. A table whose benchmark has kept nothing stays as it
-is.
+`bench_branches`, `bench_loads` and `bench_peers`, as ``make bench`` does. A table whose benchmark has kept
+nothing stays as it is.
 """
 
 import json
@@ -34,11 +34,15 @@ def of_figures(record: dict[str, Any]) -> str:
 
 
 def of_loads(record: dict[str, Any]) -> str:
-    """Table of the share that converges: a line a law, a column a kind of load."""
-    found = {(row["law"], row["kind"]): row for row in record["rows"]}
-    laws, kinds = (list(dict.fromkeys(row[key] for row in record["rows"])) for key in ("law", "kind"))
-    lines = ["| law | " + " | ".join(kinds) + " |", "|---|" + "---|" * len(kinds)]
-    lines += ["| " + " | ".join([law, *(_share(found[law, kind]) for kind in kinds)]) + " |" for law in laws]
+    """Table of the share that converges: a line a sheet of a law, a column a kind of load."""
+    found = {(row["law"], row["sheet"], row["kind"]): row for row in record["rows"]}
+    sheets = list(dict.fromkeys((row["law"], row["sheet"]) for row in record["rows"]))
+    kinds = list(dict.fromkeys(row["kind"] for row in record["rows"]))
+    lines = ["| law | sheet | " + " | ".join(kinds) + " |", "|---|---|" + "---|" * len(kinds)]
+    lines += [
+        "| " + " | ".join([*sheet, *(_share(found[*sheet, kind]) for kind in kinds)]) + " |"
+        for sheet in sheets
+    ]
     bad = sum(row["not_finite"] for row in record["rows"])
     told = f"{record['cases']} cases each; {bad} that converged hold a number that is not finite."
     return "\n".join([*lines, "", f"{told} {record['where']}", ""])
@@ -60,6 +64,7 @@ TABLES: dict[str, Callable[[dict[str, Any]], str]] = {
     "rod": of_figures,
     "processes": of_figures,
     "inverse": of_figures,
+    "branches": of_figures,
     "loads": of_loads,
 }
 

@@ -150,4 +150,4 @@ def _iterations(state: CellState | ActuatorState) -> int:
 def _angle_deg(state: CellState | ActuatorState) -> float:
     if isinstance(state, ActuatorState):
         return math.degrees(state.bending_angle)
-    return math.degrees(60e-3 * float(np.hypot(*state.curvature[:2])))
+    return math.degrees(state.bending(60e-3)[0])

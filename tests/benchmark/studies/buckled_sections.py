@@ -30,10 +30,8 @@ def draw(axes: Axes, cell: PeriodCell, state: CellState, title: str) -> None:
         PolyCollection(list(nodes[quads][:, :, :2]), facecolor="#e8d5b0", edgecolor="#b08d57", linewidth=0.4)
     )
     axes.add_patch(Circle((0.0, 0.0), 0.5e3 * cell.geometry.cavity_diameter, color="0.45"))
-    u1, u2, _ = state.curvature
-    angle = np.degrees(cell.geometry.body_length * np.hypot(u1, u2))
-    plane = np.degrees(np.arctan2(u1, -u2)) % 360.0
-    where = "" if angle < 1.0 else f"\n{angle:.0f}°, plane {plane:.0f}°"
+    angle, plane = np.degrees(state.bending(cell.geometry.body_length))
+    where = "" if angle < 1.0 else f"\n{angle:.0f}°, plane {plane % 360.0:.0f}°"
     axes.set_title(f"{title}{where}", fontsize=9)
     axes.set(xlim=(-8.7, 7.3), ylim=(-7.0, 9.0), aspect="equal")
     axes.axis("off")

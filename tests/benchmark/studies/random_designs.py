@@ -7,16 +7,13 @@ any, and no pressure is named. ``--range`` stops before the mesh: it tells how f
 pressurised, and takes a minute or two. A design that the checks refuse is drawn anew.
 """
 
-import argparse
 import contextlib
 import io
 import json
 import math
-import sys
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +22,8 @@ import numpy as np
 from calibration.cli import main as calibrate
 from calibration.from_design import Budget, StageError, Task
 from calibration.from_design.pressure_range import find_range
-from fem_reference import DesignError, parse_design, prepare_process
+from fem_reference import DesignError, parse_design
+from tests.benchmark.studies.random_study import arguments, report
 
 MATERIALS = ("dragon-skin-10", "dragon-skin-20", "ecoflex-00-30", "smooth-sil-950")
 LAYOUTS = ("double-helix", "ring", "six-helix")
@@ -134,35 +132,27 @@ def calibration_of(design: Drawn, folder: Path, budget: str) -> dict[str, Any]:
     return record
 
 
+def told(record: dict[str, Any]) -> str:
+    """What became of a design, in two lines."""
+    verdict = "good" if record["good"] else "FAILED"
+    return f"{record['design']}: {verdict}, {record['seconds']:.0f} s\n    {record['told']}"
+
+
 def main() -> None:
     """Draw designs, take each to its calibration or its range, and report."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--designs", type=int, default=20, help="how many (default: %(default)s)")
-    parser.add_argument("--first", type=int, default=0, help="number of the first one (default: %(default)s)")
-    parser.add_argument("--seed", type=int, default=0, help="of the designs")
+    parser = arguments(__doc__, 20)
     parser.add_argument("--budget", default="20min", help="time for each (default: %(default)s)")
     parser.add_argument("--range", action="store_true", help="tell the range of pressures alone")
     parser.add_argument("--out", type=Path, default=Path("runs/random_designs"), help="directory")
-    parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
     options = parser.parse_args()
-    prepare_process()
-    rows = []
-    chosen = islice(drawn(options.seed), options.first, options.first + options.designs)
-    for number, design in enumerate(chosen, start=options.first):
+
+    def outcome(number: int, design: Drawn) -> dict[str, Any]:
         folder, begun = options.out / f"{options.seed}-{number:03d}", time.perf_counter()
         found = range_of(design, folder) if options.range else calibration_of(design, folder, options.budget)
-        rows.append({"design": design.line, **found, "seconds": round(time.perf_counter() - begun, 1)})
-        if not options.json:
-            verdict = "good" if found["good"] else "FAILED"
-            print(
-                f"{number:3d} {design.line}: {verdict}, {rows[-1]['seconds']:.0f} s\n    {found['told']}",
-                flush=True,
-            )
-    good = sum(row["good"] for row in rows)
-    if options.json:
-        json.dump({"good": good, "designs": rows}, sys.stdout)
-    else:
-        print(f"{good} of {len(rows)} have a {'range' if options.range else 'calibration'}")
+        return {"design": design.line, **found, "seconds": round(time.perf_counter() - begun, 1)}
+
+    summary = f"have a {'range' if options.range else 'calibration'}"
+    report(options, drawn(options.seed), outcome, told, "good", summary)
 
 
 if __name__ == "__main__":

@@ -10,14 +10,10 @@ be built is refused before it is meshed, and drawn anew. A path that fails says 
 is kept in DIR.
 """
 
-import argparse
-import json
 import math
-import sys
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -37,10 +33,10 @@ from fem_reference import (
     PeriodCell,
     Winding,
     follow,
-    prepare_process,
 )
 from fem_reference.geometry import Thread, layout
 from fem_reference.mesh import mesh_level
+from tests.benchmark.studies.random_study import arguments, report
 
 PRESSURE_MAX = 40e3
 WAYPOINTS = 3
@@ -124,40 +120,32 @@ def _in_actuator(design: Design, level: MeshLevel) -> tuple[int, int]:
     return sum(state.iterations for state in settled), sum(state.jumped for state in settled)
 
 
+def told(record: dict[str, Any]) -> str:
+    """What became of a path, in a line."""
+    end = f": {record.get('error')}"
+    if record["converged"]:
+        end = f", {record['iterations']} iterations, walls snapped on {record['snapped']} legs"
+    return (
+        f"{record['winding']} walls {record['walls_mm']} mm, {record['pressures_kpa']} kPa: "
+        f"{'converged' if record['converged'] else 'FAILED'}, {record['seconds']} s{end}"
+    )
+
+
 def main() -> None:
     """Draw designs, follow their paths, and report."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = arguments(__doc__, 50)
     parser.add_argument("what", nargs="?", choices=MESHES, default="cell", help="(default: %(default)s)")
     parser.add_argument("--elements", choices=LEVELS, default="coarse", help="of the cell (default: coarse)")
-    parser.add_argument("--first", type=int, default=0, help="number of the first one (default: %(default)s)")
-    parser.add_argument("--designs", type=int, default=50, help="how many (default: %(default)s)")
-    parser.add_argument("--seed", type=int, default=0, help="of the designs")
     parser.add_argument("--out", type=Path, default=None, help="directory for last good states")
-    parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
     options = parser.parse_args()
-    prepare_process()
     if options.out is not None:
         options.out.mkdir(parents=True, exist_ok=True)
-    rows = []
-    drawn = islice(designs(options.seed), options.first, options.first + options.designs)
-    for number, design in enumerate(drawn, start=options.first):
+
+    def of_path(number: int, design: Design) -> dict[str, Any]:
         keep = None if options.out is None else options.out / f"design_{number:03d}.npz"
-        rows.append(outcome(design, MESHES[options.what], keep, options.elements))
-        row = rows[-1]
-        if not options.json:
-            end = f": {row.get('error')}"
-            if row["converged"]:
-                end = f", {row['iterations']} iterations, walls snapped on {row['snapped']} legs"
-            print(
-                f"{number:3d} {row['winding']} walls {row['walls_mm']} mm, {row['pressures_kpa']} kPa: "
-                f"{'converged' if row['converged'] else 'FAILED'}, {row['seconds']} s{end}",
-                flush=True,
-            )
-    good = sum(row["converged"] for row in rows)
-    if options.json:
-        json.dump({"converged": good, "designs": rows}, sys.stdout)
-    else:
-        print(f"{good} of {len(rows)} converge")
+        return outcome(design, MESHES[options.what], keep, options.elements)
+
+    report(options, designs(options.seed), of_path, told, "converged", "converge")
 
 
 if __name__ == "__main__":

@@ -110,7 +110,7 @@ def cell_angles(pressures_kpa: Sequence[float], touching: bool = True, **changes
         walls = np.concatenate([chamber.quads for chamber in cell.equations.chambers])
         cell.equations.walls = PassingWalls(cell.equations.mesh.points, walls)
     for state in follow(cell, [Load((1e3 * p, 0.0, 0.0)) for p in pressures_kpa]):
-        yield math.degrees(60e-3 * math.hypot(*state.curvature[:2])), state.jumped
+        yield math.degrees(state.bending(60e-3)[0]), state.jumped
 
 
 def actuator_angles(pressures_kpa: Sequence[float], **changes: Any) -> Iterator[Found]:

@@ -1,13 +1,15 @@
 """The paper's Fig. 5: bending angle against pressure for five orientations of the winding.
 
-Run as ``python examples/04_orientation.py [PICTURE]``. Points are the finite-element cell, lines the rod.
+Run as ``python examples/04_orientation.py [PICTURE]``. Circles are the finite-element cell, squares the full
+actuator, lines the rod on each of its branches, as far as its calibration goes.
 """
 
 import sys
 from pathlib import Path
 
 import jax
-from comparison import IMAGES, angle_figure, draw_angles, print_table, rod_of, save, series
+from figures.comparison import print_table, series, winding
+from figures.panels import IMAGES, add_legend, angle_figure, draw_angles, save
 
 ORIENTATIONS_DEG = (0, 30, 45, 60, 90)
 
@@ -17,16 +19,16 @@ def main(picture: Path) -> None:
     jax.config.update("jax_enable_x64", True)  # the precision is the program's to choose
     figure, panels = angle_figure(len(ORIENTATIONS_DEG))
     for panel, psi in zip(panels, ORIENTATIONS_DEG, strict=True):
-        rod, drawn = rod_of("double-helix", psi), []
+        wound, drawn = winding("double-helix", psi), []
         for chamber in range(3):
             # From the chamber's centre to the nearest crossing, whose chamber 1 stands for it.
             away = abs((120 * chamber - psi + 90) % 180 - 90)
             way = [float(k == chamber) for k in range(3)]
-            drawn.append(series(f"psi{away}", f"chamber {chamber + 1}, ψ' {away}°", rod, way))
+            drawn.append(series(f"psi{away}", f"chamber {chamber + 1}, ψ' {away}°", wound, way))
         draw_angles(panel, drawn, f"ψ = {psi}°")
-        panel[0].legend(fontsize=7)
         print(f"psi = {psi} deg")
-        print_table(drawn, (20, 40, 50, 60, 70))
+        print_table(drawn, (20, 40, 45, 50, 60, 70))
+    add_legend(figure)
     save(figure, picture)
 
 

@@ -18,7 +18,8 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from comparison import COLOURS, IMAGES, POINTS, save
+from figures.fem_points import POINTS
+from figures.panels import COLOURS, IMAGES, save
 from jax import Array
 from matplotlib.figure import Figure
 

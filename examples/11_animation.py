@@ -47,7 +47,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("animation", nargs="?", type=Path, default=Path("docs/images/animation.gif"))
     parser.add_argument("picture", nargs="?", type=Path, default=Path("docs/images/fem_and_rod.png"))
     parser.add_argument("--frames", type=Path, default=FRAMES)
-    parser.add_argument("--every", type=int, default=1, help="take only every so many-th frame")
+    parser.add_argument("--every", type=int, default=1, help="take only every so many-th frame, and the last")
     options = parser.parse_args(arguments)
 
     rod = rodmodel.load("double-helix")
@@ -58,7 +58,7 @@ def main(arguments: list[str] | None = None) -> None:
             continue
         with np.load(frames) as file:
             grain = file["grain"]
-            paths[name] = {k: file[k][:: options.every] for k in file.files if k != "grain"}
+            paths[name] = {k: file[k][:: -options.every][::-1] for k in file.files if k != "grain"}
         paths[name]["skin"] = grain * paths[name]["skin"]
         paths[name] |= rods(rod, paths[name]["pressure"])
     tell(paths, rod.actuator.body_length)

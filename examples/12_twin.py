@@ -15,7 +15,7 @@ from pathlib import Path
 
 import jax
 import numpy as np
-from comparison import COLOURS, IMAGES, save
+from figures.panels import COLOURS, IMAGES, save
 from matplotlib.figure import Figure
 
 import rodmodel

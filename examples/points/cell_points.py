@@ -7,8 +7,6 @@ examples/data/cell_points.json.
 One chamber alone depends on the winding by the angle from its centre to the nearest crossing of the threads
 alone (the paper's ψ'), by the symmetries of the section: chamber 1 at ψ = 0, 15, ..., 90 degrees stands for
 every chamber at every orientation in those steps.
-
-The silicone slides as it does in the sweeps of calibrations.
 """
 
 import math
@@ -16,32 +14,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from points_file import arguments, complete
+from points_file import END_COMPLIANCE, Three, arguments, complete, pascals, wound_cell
 
-from calibration.sweep import usual_end_compliance
-from fem_reference import (
-    CellError,
-    Design,
-    Load,
-    PeriodCell,
-    converged_level,
-    follow,
-    layout,
-    prepare_process,
-)
+from fem_reference import CellError, Load, converged_level, follow, layout
 
-END_COMPLIANCE = usual_end_compliance(Design())
 FILE = Path(__file__).parents[1] / "data" / "cell_points.json"
 SINGLE_KPA = [5.0 * n for n in range(1, 15)]
 PAIR_KPA = [5.0 * n for n in range(1, 11)]
 BODY_LENGTH = 60e-3
 # name, layout, ψ [deg], pitch [mm], which chambers, pressures [kPa]
-Path_ = tuple[str, str, float, float, tuple[float, float, float], list[float]]
+Path_ = tuple[str, str, float, float, Three, list[float]]
 
 
 def paths() -> list[Path_]:
     """All paths."""
-    first: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    first = (1.0, 0.0, 0.0)
     listed: list[Path_] = [
         (f"psi{psi}", "double-helix", float(psi), 3.0, first, SINGLE_KPA) for psi in range(0, 91, 15)
     ]
@@ -61,9 +48,8 @@ def trace(path: Path_, level: str | None, last_kpa: float) -> dict[str, Any]:
     _, winding, psi, pitch, way, pressures = path
     wound = layout(winding, math.radians(psi), 1e-3 * pitch)
     level = level or converged_level(wound)
-    cell = PeriodCell(winding=wound, level=level, end_compliance=END_COMPLIANCE)
     pressures = [p for p in pressures if p <= last_kpa]
-    loads = [Load((1e3 * p * way[0], 1e3 * p * way[1], 1e3 * p * way[2])) for p in pressures]
+    loads = [Load(pascals(p, way)) for p in pressures]
     found: dict[str, list[Any]] = {
         "pressure_kpa": [],
         "angle_deg": [],
@@ -73,7 +59,7 @@ def trace(path: Path_, level: str | None, last_kpa: float) -> dict[str, Any]:
     }
     end = "reached"
     try:
-        for p, state in zip(pressures, follow(cell, loads), strict=False):
+        for p, state in zip(pressures, follow(wound_cell(wound, level), loads), strict=False):
             bend = BODY_LENGTH * np.asarray(state.curvature)
             found["pressure_kpa"].append(p)
             found["angle_deg"].append(math.degrees(math.hypot(bend[0], bend[1])))
@@ -102,8 +88,7 @@ def main() -> None:
         "--last-kpa", type=float, default=70.0, help="largest pressure (default: %(default)s)"
     )
     options = parser.parse_args()
-    prepare_process()
-    complete(options, paths(), lambda path: trace(path, options.elements, options.last_kpa))
+    complete(options, paths(), lambda path, level: trace(path, level, options.last_kpa))
 
 
 if __name__ == "__main__":

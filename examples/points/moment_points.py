@@ -11,21 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from points_file import arguments, complete
+from points_file import END_COMPLIANCE, arguments, complete, wound_cell
 
-from calibration.sweep import usual_end_compliance
-from fem_reference import (
-    CellError,
-    Design,
-    Load,
-    PeriodCell,
-    converged_level,
-    follow,
-    layout,
-    prepare_process,
-)
+from fem_reference import CellError, Load, converged_level, follow, layout
 
-END_COMPLIANCE = usual_end_compliance(Design())
 # Windings and chambers; chamber 3 of the double helix mirrors chamber 2.
 MAPPED = (("double-helix", 1), ("double-helix", 2), ("ring", 1), ("six-helix", 1))
 FILE = Path(__file__).parents[1] / "data" / "moment_points.json"
@@ -51,7 +40,7 @@ def trace(path: Path_, level: str | None) -> dict[str, Any]:
     _, winding, chamber, kpa, sign = path
     wound = layout(winding)
     level = level or converged_level(wound)
-    cell = PeriodCell(winding=wound, level=level, end_compliance=END_COMPLIANCE)
+    cell = wound_cell(wound, level)
     azimuth, alone = 2.0 * math.pi / 3.0 * (chamber - 1), np.eye(3)[chamber - 1]
     axis = np.array([math.sin(azimuth), -math.cos(azimuth), 0.0])
 
@@ -86,10 +75,7 @@ def trace(path: Path_, level: str | None) -> dict[str, Any]:
 
 def main() -> None:
     """Follow what the file lacks."""
-    parser = arguments(__doc__, FILE)
-    options = parser.parse_args()
-    prepare_process()
-    complete(options, paths(), lambda path: trace(path, options.elements))
+    complete(arguments(__doc__, FILE).parse_args(), paths(), trace)
 
 
 if __name__ == "__main__":

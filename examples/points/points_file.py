@@ -1,4 +1,4 @@
-"""What the scripts that make finite-element points share: a file of paths that a stopped run goes on with."""
+"""What the scripts that make finite-element points share: the cell, options, and a file that grows."""
 
 import argparse
 import json
@@ -7,6 +7,23 @@ from pathlib import Path
 from typing import Any
 
 from rich.progress import track
+
+from calibration.sweep import usual_end_compliance
+from fem_reference import Design, PeriodCell, Winding, prepare_process
+
+# The silicone slides as it does in the sweeps of calibrations.
+END_COMPLIANCE = usual_end_compliance(Design())
+Three = tuple[float, float, float]
+
+
+def wound_cell(winding: Winding, level: str) -> PeriodCell:
+    """The paper's cell with a winding."""
+    return PeriodCell(winding=winding, level=level, end_compliance=END_COMPLIANCE)
+
+
+def pascals(kilopascals: float, way: Three) -> Three:
+    """Pressures of the three chambers [Pa]: a pressure [kPa] times the share of each."""
+    return 1e3 * kilopascals * way[0], 1e3 * kilopascals * way[1], 1e3 * kilopascals * way[2]
 
 
 def arguments(description: str | None, file: Path, mesh: str | None = None) -> argparse.ArgumentParser:
@@ -20,13 +37,19 @@ def arguments(description: str | None, file: Path, mesh: str | None = None) -> a
 
 
 def complete(
-    options: argparse.Namespace, paths: Sequence[tuple[Any, ...]], trace: Callable[[Any], dict[str, Any]]
+    options: argparse.Namespace,
+    paths: Sequence[tuple[Any, ...]],
+    trace: Callable[[Any, Any], dict[str, Any]],
 ) -> None:
-    """Follow the paths, named by their first entry, that the file lacks; each is kept once it is done."""
+    """Follow the paths that the file lacks, each on the mesh level asked for, and keep it once it is done.
+
+    The first entry of a path is its name.
+    """
+    prepare_process()
     held = json.loads(options.file.read_text()) if options.file.exists() else {}
     wanted = [p for p in paths if p[0] not in held and (options.only is None or p[0] in options.only)]
     for path in track(wanted, "paths"):
-        held[path[0]] = trace(path)
+        held[path[0]] = trace(path, options.elements)
         options.file.parent.mkdir(parents=True, exist_ok=True)
         partial = options.file.with_suffix(".part")
         partial.write_text(json.dumps(held, indent=1) + "\n")

@@ -12,27 +12,28 @@ import math
 from pathlib import Path
 from typing import Any
 
-from points_file import arguments, complete
+from points_file import Three, arguments, complete, pascals
 
-from fem_reference import Actuator, ActuatorGeometry, ActuatorLoad, prepare_process
+from fem_reference import Actuator, ActuatorGeometry, ActuatorLoad
 
 FILE = Path(__file__).parents[1] / "data" / "twin_points.json"
 VARIATION = (0.1, 0.0, 0.0)
 SINGLE_KPA = (10.0, 20.0, 30.0, 40.0, 50.0)
 PAIR_KPA = (10.0, 20.0, 30.0, 40.0)
 # name, which chambers, pressures [kPa]
-PATHS: list[tuple[str, tuple[float, float, float], tuple[float, ...]]] = [
+Path_ = tuple[str, Three, tuple[float, ...]]
+PATHS: list[Path_] = [
     ("chamber1", (1.0, 0.0, 0.0), SINGLE_KPA),
     ("chamber2", (0.0, 1.0, 0.0), SINGLE_KPA),
     ("pair23", (0.0, 1.0, 1.0), PAIR_KPA),
 ]
 
 
-def trace(path: tuple[str, tuple[float, float, float], tuple[float, ...]], level: str) -> dict[str, Any]:
+def trace(path: Path_, level: str) -> dict[str, Any]:
     """Follow one path of the full actuator."""
     _, way, pressures = path
     actuator = Actuator(ActuatorGeometry(outer_wall_variation=VARIATION), level=level)
-    loads = [ActuatorLoad((1e3 * p * way[0], 1e3 * p * way[1], 1e3 * p * way[2])) for p in pressures]
+    loads = [ActuatorLoad(pascals(p, way)) for p in pressures]
     states = list(actuator.follow(loads))
     return {
         "outer_wall_variation": list(VARIATION),
@@ -47,9 +48,7 @@ def trace(path: tuple[str, tuple[float, float, float], tuple[float, ...]], level
 
 def main() -> None:
     """Follow what the file lacks."""
-    options = arguments(__doc__, FILE, "coarse").parse_args()
-    prepare_process()
-    complete(options, PATHS, lambda path: trace(path, options.elements))
+    complete(arguments(__doc__, FILE, "coarse").parse_args(), PATHS, trace)
 
 
 if __name__ == "__main__":

@@ -16,6 +16,9 @@ _BATCH = 1024
 # Determinant of normals that count as parallel, and slack of a corner in its other limits: rounding.
 _PARALLEL = 1e-9
 
+# Samples of a chamber alone beyond the pressures that it has beside others.
+_ALONE = 25
+
 # Steps of an additive quasirandom sequence in three dimensions: powers of the root of x⁴ = x + 1 (Roberts
 # 2018, The unreasonable effectiveness of quasirandom sequences).
 _STEPS = 1.22074408460575947536 ** -np.arange(1.0, 4.0)
@@ -27,7 +30,8 @@ class Workspace(NamedTuple):
     pressure: np.ndarray
     """[Pa], (n, 3)."""
     face: np.ndarray
-    """Face of the domain that the sample lies on: the chamber 0, 1 or 2 without pressure; 3 inside."""
+    """Face of the domain that the sample lies on: the chamber 0, 1 or 2 without pressure; 3 inside; 4 beyond,
+    where a chamber alone goes further."""
     tip_position: np.ndarray
     """[m], (n, 3); NaN where the rod has no equilibrium."""
     bending_angle: np.ndarray
@@ -51,7 +55,7 @@ def workspace(
     ----------
     rod : compiled rod.
     samples : approximate number: a quarter on a grid over each of the three faces where one chamber has no
-        pressure, the rest inside.
+        pressure, the rest inside. Where a chamber alone goes further, the line of its pressure is added.
     loads : `tip_force`, `tip_moment`, `gravity`, each a vector or None.
     advance : called with the number of samples done and the number of all, after every batch.
     threads : number of threads that share the samples.
@@ -59,8 +63,9 @@ def workspace(
     domain = rod.domain
     faces = [_face(domain, chamber, samples // 4) for chamber in range(3)]
     inside = _inside(domain, samples - 3 * (samples // 4))
-    pressure = np.concatenate([*faces, inside])
-    face = np.repeat(np.arange(4), [*map(len, faces), len(inside)])
+    alone = _alone(domain)
+    pressure = np.concatenate([*faces, inside, alone])
+    face = np.repeat(np.arange(5), [*map(len, faces), len(inside), len(alone)])
     parts = []
     for first in range(0, len(pressure), _BATCH):
         parts.append(rod.solve_many(pressure=pressure[first : first + _BATCH], threads=threads, **loads))
@@ -105,8 +110,20 @@ def _inside(domain: Domain, count: int) -> np.ndarray:
     return points[np.all(points @ normals.T <= bounds, axis=1)][:count]
 
 
+def _alone(domain: Domain) -> np.ndarray:
+    """Return pressures of each chamber alone from the limits beside others to its own, (n, 3)."""
+    normals, bounds = _limits(domain)
+    lines = [np.empty((0, 3))]
+    for way in np.eye(3):
+        used = normals @ way > 0.0
+        beside_others, alone = (bounds[used] / (normals @ way)[used]).min(), domain.reach(way)
+        if alone > beside_others:
+            lines.append(np.linspace(beside_others, alone, _ALONE)[:, None] * way)
+    return np.concatenate(lines)
+
+
 def _limits(domain: Domain) -> tuple[np.ndarray, np.ndarray]:
-    """Return the domain's upper limits, normals · pressure ≤ bounds, (n, 3) and (n,) [Pa]."""
+    """Return the upper limits beside others, normals · pressure ≤ bounds, (n, 3) and (n,) [Pa]."""
     normals = [np.eye(3), np.ones((1, 3))]
     bounds = [*domain.pressure_max, domain.pressure_sum_max]
     if domain.beside_max < math.inf:

@@ -12,6 +12,8 @@ from rodmodel.view.text import workspace_record as workspace_record
 from rodmodel.view.text import workspace_text as workspace_text
 
 if TYPE_CHECKING:
+    from rodmodel.view.cycle_plot import changes_side as changes_side
+    from rodmodel.view.cycle_plot import draw_cycle as draw_cycle
     from rodmodel.view.cycle_plot import plot_cycle as plot_cycle
     from rodmodel.view.rod_plot import plot_rod as plot_rod
     from rodmodel.view.workspace_plot import plot_workspace as plot_workspace
@@ -22,10 +24,10 @@ def __getattr__(name: str) -> Any:
         from rodmodel.view.rod_plot import plot_rod
 
         return plot_rod
-    if name == "plot_cycle":
-        from rodmodel.view.cycle_plot import plot_cycle
+    if name in ("changes_side", "draw_cycle", "plot_cycle"):
+        from rodmodel.view import cycle_plot
 
-        return plot_cycle
+        return getattr(cycle_plot, name)
     if name == "plot_workspace":
         from rodmodel.view.workspace_plot import plot_workspace
 

@@ -3,11 +3,13 @@
 from pathlib import Path
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
@@ -22,6 +24,8 @@ from rodmodel.view.rod_shape import CHAMBER_COLOURS
 # Lines of equal pressure of a chamber at most, and steps between circles of equal angle.
 _LINES = 7
 _CIRCLE_DEG = 30.0
+# Width of the lines of a chamber alone [points].
+_ALONE_WIDTH = 3.0
 
 
 def plot_workspace(space: Workspace, actuator: Actuator, file: str | Path) -> None:
@@ -36,10 +40,16 @@ def plot_workspace(space: Workspace, actuator: Actuator, file: str | Path) -> No
     meshes = [_mesh(space, chamber) for chamber in range(3)]
     _draw_tips(figure.add_subplot(1, 2, 1, projection="3d"), space, meshes, actuator)
     _draw_map(figure.add_subplot(1, 2, 2), space, meshes)
-    handles = [
+    handles: list[Artist] = [
         Patch(facecolor=colour, label=f"chamber {number}") for number, colour in enumerate(CHAMBER_COLOURS, 1)
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
+    alone = [1e-3 * space.pressure[rows].max() for rows, _ in _alone(space) if len(rows)]
+    if alone:
+        reached = ", ".join(f"{kpa:g}" for kpa in alone)
+        handles.append(
+            Line2D([], [], color="0.35", linewidth=_ALONE_WIDTH, label=f"one chamber alone, to {reached} kPa")
+        )
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)
     with atomic_part(file) as part:
         figure.savefig(part, dpi=150, format=Path(file).suffix[1:])
 
@@ -60,6 +70,13 @@ def _mesh(space: Workspace, without: int) -> _Mesh:
     return _Mesh(space.pressure, np.flatnonzero((space.face == without) & space.converged), without)
 
 
+def _alone(space: Workspace) -> list[tuple[np.ndarray, str]]:
+    """Return the samples of each chamber alone beyond what it has beside others, with its colour."""
+    beyond = (space.face == 4) & space.converged
+    rows = [np.flatnonzero(beyond & (space.pressure[:, chamber] > 0.0)) for chamber in range(3)]
+    return list(zip(rows, CHAMBER_COLOURS, strict=True))
+
+
 def _blend(pressure: np.ndarray, largest: float) -> np.ndarray:
     """Mix the colours of the chambers by their pressures, paler for low ones, (n, 3)."""
     share = pressure / np.maximum(pressure.sum(axis=1, keepdims=True), 1e-12)
@@ -76,6 +93,8 @@ def _draw_tips(axes: Axes3D, space: Workspace, meshes: list[_Mesh], actuator: Ac
                 tips[mesh.triangles], facecolors=mesh.colours, edgecolors=mesh.colours, linewidths=0.2
             )
         )
+    for rows, colour in _alone(space):
+        axes.plot(*tips[rows].T, color=colour, linewidth=_ALONE_WIDTH)
     rest = 1e3 * (actuator.body_length + actuator.cap_length)
     axes.plot([0.0, 0.0], [0.0, 0.0], [0.0, rest], color="black", linewidth=2.0)
     axes.text(0.0, 0.0, -3.0, "base", ha="center", va="top", fontsize=8)
@@ -91,7 +110,7 @@ def _draw_tips(axes: Axes3D, space: Workspace, meshes: list[_Mesh], actuator: Ac
         title="tip positions",
     )
     axes.set_box_aspect((1.0, 1.0, 1.0))
-    axes.view_init(elev=22.0, azim=-60.0)
+    axes.view_init(elev=22.0, azim=-40.0)
 
 
 def _draw_map(axes: Axes, space: Workspace, meshes: list[_Mesh]) -> None:
@@ -109,6 +128,8 @@ def _draw_map(axes: Axes, space: Workspace, meshes: list[_Mesh]) -> None:
             reached = levels[levels <= kpa.max() + 1e-6]
             if len(reached):
                 axes.tricontour(in_map, kpa, levels=reached, colors=CHAMBER_COLOURS[chamber], linewidths=0.8)
+    for rows, colour in _alone(space):
+        axes.plot(*bend[rows].T, color=colour, linewidth=_ALONE_WIDTH, zorder=3)
     _draw_compass(axes, float(np.nanmax(angle_deg)))
     axes.set_title(f"bending angle θ and plane γ; lines of equal pressure every {levels[0]:g} kPa")
 

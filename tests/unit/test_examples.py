@@ -9,6 +9,7 @@ import runpy
 import subprocess
 import sys
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -73,7 +74,6 @@ def told(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) ->
         script = ROOT / "examples" / name
         monkeypatch.setattr(sys, "argv", [str(script), *arguments])
         monkeypatch.syspath_prepend(str(script.parent))
-        monkeypatch.delitem(sys.modules, "comparison", raising=False)
         runpy.run_path(str(script), run_name="__main__")
         return capsys.readouterr().out
 
@@ -110,7 +110,9 @@ def errors(table: str) -> list[float]:
 # Errors of the calibrations at these states, which free paths of the sweeps pass near: no more than the worst
 # held-out one. The points are of the windings' own meshes, from which laws of the coarse mesh are farther; at
 # 60 kPa the fine cell of ψ = 0, which three figures have, folds too early.
-COARSE = pytest.mark.xfail(strict=True, reason="laws of ψ = 0 and of pitches are of the coarse mesh")
+COARSE = pytest.mark.xfail(
+    strict=True, reason="laws of ψ = 0 and of pitches are of the coarse mesh: 2.9° off, in the pair 2+3 5.7°"
+)
 
 
 @pytest.mark.parametrize(
@@ -130,6 +132,39 @@ def test_a_figure_has_points_the_rod_and_its_error(told: Run, tmp_path: Path, na
     assert len(found) >= count
     assert max(map(abs, found)) < np.degrees(worst)
     assert drawn.read_bytes().startswith(b"\x89PNG")
+
+
+def test_07_has_the_full_actuator_to_70_kpa_and_the_rods_error_beside_it(told: Run, tmp_path: Path) -> None:
+    lines = told("07_one_and_two_chambers.py", str(tmp_path / "figure.png")).splitlines()
+    first, second = (n for n, line in enumerate(lines) if line.startswith("full actuator"))
+    assert lines[first].split()[-2:] == ["70", "kPa"]
+    assert lines[second].split()[-2:] == ["57", "kPa"]
+    runs = {line[:12].strip(): line for line in lines[first + 1 : first + 4]}
+    # Chamber 1 keeps its plane, and the law goes on to there; the walls beside chambers 2 and 3 snap.
+    assert len(re.findall(r"\[[+-][\d.]+\]", runs["chamber 1"])) == 4
+    assert not runs["chamber 1"].rstrip().endswith("*")
+    assert all(runs[name].rstrip().endswith("*") for name in ("chamber 2", "chamber 3"))
+
+
+@pytest.mark.parametrize(
+    ("name", "psi_deg", "pitch_mm"), [("double-helix", 0, 3), ("double-helix", 0, 4), ("ring", 0, 3)]
+)
+def test_the_curves_of_a_figure_are_as_long_as_the_domains(
+    monkeypatch: pytest.MonkeyPatch, name: str, psi_deg: float, pitch_mm: float
+) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "examples"))
+    comparison = runpy.run_path(str(ROOT / "examples" / "figures" / "comparison.py"))
+    wound = comparison["winding"](name, psi_deg, pitch_mm)
+    way = (0.0, 1.0, 0.0)
+    loading, *snapped = comparison["series"]("psi60", "chamber 2", wound, way).curves
+    assert not loading.snapped
+    assert 1e3 * loading.pressure[-1] == pytest.approx(wound.branches.loading.domain.reach(way))
+    rods = [rod for branch, rod in wound.branches.snapped.items() if branch.chamber == 2]
+    assert len(snapped) == len(rods)
+    for curve, rod in zip(snapped, rods, strict=True):
+        assert curve.snapped
+        assert 1e3 * curve.pressure[-1] == pytest.approx(rod.domain.reach(way))
+        assert 1e3 * curve.pressure[0] == pytest.approx(rod.domain.pressure_min[1], abs=300.0)
 
 
 @pytest.mark.slow
@@ -205,6 +240,9 @@ def test_11_animation_draws_rod_and_elements_and_tells_how_far_apart(told: Run, 
     lines = told("11_animation.py", str(moving), str(still), "--every", "4").splitlines()
     apart = [float(line.split("%")[0].split()[-1]) for line in lines if "apart where" in line]
     assert len(apart) == 2
+    first = lines[1 : next(n for n, line in enumerate(lines) if "apart where" in line)]
+    assert float(first[-1].split()[0]) == 70.0
+    assert not any("beyond the calibration" in line for line in first)
     # Of a turn at 40 kPa; the rod's bar against the full actuator is 2 % of the length.
     assert apart[1] < 2.0
     assert moving.read_bytes().startswith(b"GIF8")
@@ -212,7 +250,7 @@ def test_11_animation_draws_rod_and_elements_and_tells_how_far_apart(told: Run, 
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="2.1 % of the length in chamber 1 near 65 kPa")
+@pytest.mark.xfail(strict=True, reason="4.0 % of the length in chamber 1 at 70 kPa")
 def test_11_the_rod_of_the_animation_is_within_its_bar(told: Run, tmp_path: Path) -> None:
     lines = told(
         "11_animation.py", str(tmp_path / "m.gif"), str(tmp_path / "s.png"), "--every", "4"
@@ -250,8 +288,32 @@ def test_12_twin_halves_its_error(told: Run, tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_10_moment_curvature_errs_by_less_than_held_out_states_do(told: Run, tmp_path: Path) -> None:
     drawn = tmp_path / "maps.png"
-    rows = told("10_moment_curvature.py", str(drawn)).splitlines()[1:-1]
+    lines = told("10_moment_curvature.py", str(drawn)).splitlines()
+    middle = next(n for n, line in enumerate(lines) if line.startswith("law − middle"))
+    rows, runs = lines[1:middle], lines[middle + 1 : -1]
     worst = max(float(c.error["loaded_bending_angle_rad"]["worst"]) for c in rodmodel.shipped_calibrations())
     assert len(rows) == 12
     assert max(float(row.split()[-3]) for row in rows) < np.degrees(worst)
+    assert [run.rpartition(",")[0] for run in runs] == list(dict.fromkeys(r.rpartition(",")[0] for r in rows))
+    assert runs[0].split()[-3:-1] == ["70", "kPa"]
+    assert drawn.read_bytes().startswith(b"\x89PNG")
+
+
+def test_13_hysteresis_goes_up_and_down_along_both_branches(told: Run, tmp_path: Path) -> None:
+    drawn = tmp_path / "loop.png"
+    lines = told("13_hysteresis.py", str(drawn)).splitlines()
+    form = re.compile(r"(up|down)\s+(loading|snapped|not calibrated)\s+([\d.]+) to\s+([\d.]+) kPa,")
+    stretches = [form.match(line).groups() for line in lines[:-1]]
+    names = [(way, name) for way, name, *_ in stretches]
+    assert [name for name in names if name[1] != "not calibrated"] == [
+        ("up", "loading"),
+        ("up", "snapped"),
+        ("down", "snapped"),
+        ("down", "loading"),
+    ]
+    ends = [(float(first), float(last)) for *_, first, last in stretches]
+    assert (ends[0][0], ends[-1][1]) == (0.0, 0.0)
+    assert max(max(pair) for pair in ends) == 70.0
+    # One after the other, without a step left out.
+    assert all(abs(before[1] - after[0]) <= 0.5 for before, after in pairwise(ends))
     assert drawn.read_bytes().startswith(b"\x89PNG")

@@ -1,7 +1,6 @@
 """The twin experiment: fit-measured on the finite elements of an actuator with one wall a tenth thicker."""
 
 import runpy
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +19,6 @@ def twins():
         patch.syspath_prepend(str(EXAMPLES))
         script = runpy.run_path(str(EXAMPLES / "12_twin.py"))
         yield [script["run"](seed) for seed in range(DRAWS)]
-    sys.modules.pop("comparison", None)
 
 
 def test_the_adjusted_map_errs_by_half_as_much_at_most(twins):

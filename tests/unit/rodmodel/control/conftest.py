@@ -28,6 +28,14 @@ def limited() -> CoreRod:
     return CoreRod.of(replace(found, domain=less))
 
 
+@pytest.fixture(scope="session")
+def alone() -> CoreRod:
+    """Each chamber has at most 50 kPa, but the first alone 66 and the second alone 60."""
+    found = find("double-helix", 0.0, 3e-3)
+    further = replace(found.domain, pressure_max=(50e3,) * 3, single_max=(66e3, 60e3, 0.0), single_beside=2e3)
+    return CoreRod.of(replace(found, domain=further))
+
+
 def inside(rod: CoreRod) -> np.ndarray:
     """Return 1000 pressures that a rod's domain covers."""
     random = np.random.default_rng(0).uniform(size=(4000, 3)) * np.array(rod.domain.pressure_max)

@@ -1,5 +1,7 @@
 """The workspace: which pressures are sampled, and what the rod does there."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -16,10 +18,9 @@ def test_samples_lie_in_the_domain_and_reach_its_corners(rod: CoreRod, space: Wo
     assert len(space.pressure) == pytest.approx(2000, rel=0.1)
     assert all(rod.domain.covers_pressure(pressure) for pressure in space.pressure)
     assert np.all(space.pressure >= 0.0)
-    first, second, third = rod.domain.pressure_max
-    corners = [[0, 0, 0], [first, 0, 0], [0, second, 0], [0, 0, third]]
     # Two chambers alike leave the domain at a corner of its limit beside a chamber.
-    corners += [[rod.domain.reach(pair) * p for p in pair] for pair in ((1, 1, 0), (1, 0, 1), (0, 1, 1))]
+    ways = [way for way in product((0.0, 1.0), repeat=3) if 0.0 < sum(way) < 3.0]
+    corners = [[0.0, 0.0, 0.0], *([rod.domain.reach(way) * p for p in way] for way in ways)]
     for corner in corners:
         assert np.min(np.linalg.norm(space.pressure - np.array(corner), axis=1)) < 1.0
     for chamber in range(3):
@@ -50,6 +51,18 @@ def test_samples_keep_less_beside_each_other_and_reach_the_corners_of_that(limit
     random = np.random.default_rng(0).uniform(size=(200_000, 3)) * np.array(limited.domain.pressure_max)
     centre = random[limited.domain.covers_pressure(random.T)].mean(axis=0)
     np.testing.assert_allclose(inside.mean(axis=0), centre, rtol=0.03)
+
+
+def test_a_chamber_alone_is_sampled_to_its_own_limit(alone: CoreRod) -> None:
+    """Chamber 1 to 66 kPa and chamber 2 to 60, chamber 3 to the 50 that all have beside others."""
+    space = workspace(alone, 2000, {}, lambda done, total: None)
+    assert len(space.pressure) == pytest.approx(2000, rel=0.1)
+    assert np.all(space.in_domain)
+    beyond = space.pressure[space.face == 4]
+    assert np.all(np.count_nonzero(beyond, axis=1) == 1)
+    assert beyond.max(axis=0) == pytest.approx([66e3, 60e3, 0.0])
+    assert [beyond[beyond[:, k] > 0.0, k].min() for k in (0, 1)] == pytest.approx([50e3, 50e3])
+    assert space.pressure[space.face < 4].max(axis=0) == pytest.approx([50e3] * 3)
 
 
 def test_poses_are_those_of_the_rod(rod: CoreRod, space: Workspace) -> None:

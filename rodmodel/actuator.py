@@ -7,7 +7,10 @@ differentiated.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any, final
+
+import numpy as np
 
 # Factor on the limits of the domain: a change of units rounds.
 _SLACK = 1.0 + 1e-6
@@ -202,17 +205,26 @@ class Domain:
 
         It is below one for pressures beyond them, and infinite without pressure.
         """
-        total = float(sum(pressure))
+        given = tuple(float(p) for p in pressure)
+        use = float(self.utilisation(given))
+        factors = [1.0 / use if use > 0.0 else math.inf]
+        for (own, *others), maximum in zip(_alone(given), self.single_max, strict=True):
+            if own > 0.0 and maximum > 0.0:
+                besides = [self.single_beside / p for p in others if p > 0.0]
+                factors.append(min([maximum / own, *besides]))
+        return float(max(factors))
+
+    def utilisation(self, pressure: Three) -> Any:
+        """Return the largest share of an upper limit that three pressures [Pa] use, `single_max` left aside.
+
+        Each of the three may be an array of numbers, one for each row of pressures.
+        """
+        first, second, third = pressure
+        total = first + second + third
         uses = [total / self.pressure_sum_max]
         for p, maximum in zip(pressure, self.pressure_max, strict=True):
-            beside = float(p) + self.beside_share * (total - float(p))
-            uses += [float(p) / maximum, beside / self.beside_max]
-        factors = [1.0 / max(uses) if max(uses) > 0.0 else math.inf]
-        for (own, *others), maximum in zip(_alone(pressure), self.single_max, strict=True):
-            if own > 0.0 and maximum > 0.0:
-                besides = [self.single_beside / float(p) for p in others if p > 0.0]
-                factors.append(min([maximum / float(own), *besides]))
-        return float(max(factors))
+            uses += [p / maximum, (p + self.beside_share * (total - p)) / self.beside_max]
+        return reduce(np.maximum, uses)
 
     def largest_pressures(self, unit: str) -> str:
         """Return the limits of the pressures in words, in Pa or kPa. Each rod of a stack has its own."""

@@ -45,13 +45,15 @@ class Diagonal(Problem):
     Their viscous resistance to leaving a place is ``rate`` times a spring of 1 N/mm.
     """
 
-    tolerances = Tolerances(reach=0.0, nearby=0.0, noise=0.0, exact=True, stride=np.inf)
+    tolerances = Tolerances(
+        max_step=0.0, modified_newton_step=0.0, contact_noise=0.0, exact_stiffness=True, desired_step=np.inf
+    )
     contact = Contact()
 
     def __init__(self, force: Callable, stiffness: Callable, unknowns: int, reach: float) -> None:
         none = np.empty(0, np.int64)
         self.pattern = SparsePattern(unknowns, {"springs": np.arange(unknowns)[:, None]}, (none, none))
-        self.tolerances = replace(self.tolerances, reach=reach)
+        self.tolerances = replace(self.tolerances, max_step=reach)
         self._force, self._stiffness = force, stiffness
         self.longest_step = 0.0
         self.stiffnesses = 0

@@ -30,7 +30,7 @@ def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
 def _scale(options: argparse.Namespace, command: str) -> int:
     from calibration.from_design import design_of
     from calibration.provenance import code_version, sha256, today
-    from calibration.similar import Scale, scaled
+    from calibration.similar import scaled
     from fem_reference import design_text, read_design, similarity
 
     calibration = read_calibration_file(options.file)
@@ -46,7 +46,7 @@ def _scale(options: argparse.Namespace, command: str) -> int:
     found = similarity(design, source)
     if not found.within(_SIMILAR):
         raise BadInputError(f"--design {options.design}: {_unlike(found.deviations)}")
-    scale = Scale(found.length, found.modulus, design.density / source.density)
+    scale = found.scale
     provenance = {
         **_origin(calibration, design),
         "design": design_text(design),

@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 from calibration.ends.cell_bending import Bending, cell_bending, design_of
 from calibration.truth import TruthError, free_states
 from fem_reference.geometry import Units
+from rodmodel.statics import BENDING_AXES
 
 #: Fitted parameters, by the names of `rodmodel.Actuator`, with their units in the search: in the body's own
 #: millimetres and megapascals (`Units`).
@@ -35,8 +36,6 @@ _LEAST = np.array([-50.0, -30.0, -6.0, -6.0, 0.1])
 _MOST = np.array([50.0, 30.0, 30.0, 6.0, 40.0])
 # Starts of the search: near the paper's ends; and no ends, so that none fit worse than those.
 _STARTS = np.ones(len(PARAMETERS)), np.array([0.0, 0.0, 0.0, 0.0, 1.0])
-_AZIMUTHS = 2.0 * np.pi / 3.0 * np.arange(3)
-_BENDING_AXES = np.stack([np.sin(_AZIMUTHS), -np.cos(_AZIMUTHS), np.zeros(3)], axis=1)
 
 
 @dataclass(frozen=True)
@@ -335,7 +334,7 @@ def tip_between_ends(
     position = arc + np.einsum("nij,nj->ni", end, away)
     position += (stiff_tip + cap_length) * end[:, :, 2]
     bend = curvature * [1.0, 1.0, 0.0]
-    held_back = base_turn * pressure @ _BENDING_AXES - base_lag * bend
+    held_back = base_turn * pressure @ BENDING_AXES - base_lag * bend
     base = Rotation.from_rotvec(np.einsum("nij,nj->ni", softness, held_back) * [1.0, 1.0, 0.0])
     return base.apply(position), base.apply(end[:, :, 2])
 

@@ -5,11 +5,11 @@ another, Π'(u', p') = μ λ² Π(λ u', p'/μ): the law of one is the law of al
 what the density makes of the lengths; the rod weighs them as they are.
 """
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import replace
 from typing import Any
 
+from fem_reference.design import Scale
 from rodmodel import Actuator, Calibration, Domain, ErrorBound, Layout
 from rodmodel.io import RidgeArrays
 
@@ -40,26 +40,6 @@ _UNITS = {
 }
 # Numbers in a file's errors that count or name something.
 _COUNTS = ("states", "paths", "path")
-
-
-@dataclass(frozen=True)
-class Scale:
-    """Ratios of an actuator's lengths, moduli and density to those of another."""
-
-    length: float
-    modulus: float
-    density: float = 1.0
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if not (isinstance(value, float | int) and math.isfinite(value) and value > 0.0):
-                raise ValueError(f"{field.name}: got {value!r}, expected a positive finite ratio")
-
-    def factor(self, powers: tuple[int, int, int]) -> float:
-        """Return the factor of a quantity from its powers of length, modulus and density."""
-        length, modulus, density = powers
-        return self.length**length * self.modulus**modulus * self.density**density
 
 
 def scaled(calibration: Calibration, scale: Scale, provenance: Mapping[str, Any]) -> Calibration:
@@ -105,15 +85,15 @@ def scaled(calibration: Calibration, scale: Scale, provenance: Mapping[str, Any]
 def _scaled_law(law: RidgeArrays, scale: Scale) -> RidgeArrays:
     return replace(
         law,
-        pressure_scale=scale.factor((0, 1, 0)) * law.pressure_scale,
+        pressure_scale=scale.pressure * law.pressure_scale,
         curvature_scale=law.curvature_scale / scale.length,
-        energy_scale=scale.factor((2, 1, 0)) * law.energy_scale,
+        energy_scale=scale.force * law.energy_scale,
         rest_volume=scale.factor((2, 0, 0)) * law.rest_volume,
     )
 
 
 def _scaled_domain(domain: Domain, scale: Scale) -> Domain:
-    pressure, moment = scale.factor((0, 1, 0)), scale.factor((3, 1, 0))
+    pressure, moment = scale.pressure, scale.moment
     largest, least, alone = (
         (pressure * first, pressure * second, pressure * third)
         for first, second, third in (domain.pressure_max, domain.pressure_min, domain.single_max)
@@ -147,9 +127,9 @@ def _scaled_error(name: str, value: Any, scale: Scale, factor: float = 1.0) -> A
 
 
 def _scaled_bound(bound: ErrorBound, scale: Scale) -> ErrorBound:
-    moment = scale.factor((3, 1, 0))
+    moment = scale.moment
     return ErrorBound(
-        pressure_sum=tuple(scale.modulus * p for p in bound.pressure_sum),
+        pressure_sum=tuple(scale.pressure * p for p in bound.pressure_sum),
         angle=bound.angle,
         tip=tuple(scale.length * tip for tip in bound.tip),
         angle_per_moment=bound.angle_per_moment / moment,

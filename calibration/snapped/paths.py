@@ -3,7 +3,7 @@
 import numpy as np
 
 from calibration.snapped.sheet import SnappedSheet
-from calibration.sweep import HELD_OUT_EVERY, LoadingPath, Role, between
+from calibration.sweep import HELD_OUT_EVERY, LoadingPath, Role, walk
 from fem_reference import Load
 
 
@@ -47,20 +47,6 @@ def snapped_paths(
             at = sheet.pressure(least + share * (most - least), *others.tolist())
             waypoints.append(Load(at, (moment[0], moment[1], moment[2])))
         kind = "named" if index == 0 else ("free" if free else "mixed")
-        loads = _walk(begin, waypoints, pressure_step, np.asarray(moment_axes) / 2.0)
+        loads = walk(begin, waypoints, pressure_step, moment_axes)
         paths.append(LoadingPath(f"{index:03d}-{role}-{kind}", role, loads))
     return tuple(paths)
-
-
-def _walk(
-    begin: Load, waypoints: list[Load], pressure_step: float, moment_step: np.ndarray
-) -> tuple[Load, ...]:
-    """Loads in even steps from one straight through others."""
-    loads, start = [], begin
-    for goal in waypoints:
-        change = np.abs(np.subtract(goal.pressure, start.pressure)).max() / pressure_step
-        turn = float(np.linalg.norm(np.subtract(goal.moment or 0.0, start.moment or 0.0) / moment_step))
-        steps = max(1, int(np.ceil(max(change, turn) - 1e-9)))
-        loads += [between(start, goal, n / steps) for n in range(1, steps + 1)]
-        start = goal
-    return tuple(loads)

@@ -8,10 +8,10 @@ from calibration.sweep.dataset import save_dataset as save_dataset
 from calibration.sweep.design import HELD_OUT_EVERY as HELD_OUT_EVERY
 from calibration.sweep.design import LoadingPath as LoadingPath
 from calibration.sweep.design import Role as Role
-from calibration.sweep.design import between as between
 from calibration.sweep.design import design_paths as design_paths
 from calibration.sweep.design import edge as edge
 from calibration.sweep.design import inside as inside
+from calibration.sweep.design import walk as walk
 from calibration.sweep.errors import SweepError as SweepError
 from calibration.sweep.loading_sheet import STIFFER as STIFFER
 from calibration.sweep.loading_sheet import Trace as Trace

@@ -40,12 +40,12 @@ MOMENT_STEPS = 2  # least number of load steps to the largest moment
 
 
 def edge(domain: Domain, direction: Vector) -> Vector:
-    """Return the pressures at which rays along directions (…, 3) leave the domain [Pa]."""
-    total = direction.sum(axis=-1, keepdims=True)
-    beside = direction + domain.beside_share * (total - direction)
-    limits = np.array([*domain.pressure_max, domain.pressure_sum_max, *[domain.beside_max] * 3])
-    uses = np.concatenate([direction, total, beside], axis=-1) / limits
-    return direction / uses.max(axis=-1, keepdims=True)
+    """Return the pressures at which rays along directions (…, 3) leave the domain [Pa].
+
+    What a chamber may have alone (`single_max`) does not count.
+    """
+    uses = domain.utilisation(np.moveaxis(direction, -1, 0))
+    return direction / np.asarray(uses)[..., None]
 
 
 def inside(domain: Domain, pressure: Vector, moment: Vector) -> NDArray[np.bool_]:
@@ -103,7 +103,7 @@ def design_paths(
         role: Role = "held-out" if index % HELD_OUT_EVERY == HELD_OUT_EVERY - 1 else "train"
         kind, waypoints = next(held_out if role == "held-out" else train)
         step = _NAMED_STEP * pressure_step if kind == "named" else pressure_step
-        loads = _walk(waypoints, step, np.asarray(domain.moment_axes) / MOMENT_STEPS)
+        loads = _from_rest(domain, waypoints, step)
         own = None
         if orientations is not None:
             own = orientations[0] + (orientations[1] - orientations[0]) * next(psi[role])
@@ -138,7 +138,7 @@ def paths_around(
             kind, step, waypoints = "free", 1.0, [(limit, none)]
         else:
             kind, step, waypoints = "mixed", 1.0, _mixture(domain, rng, limit)
-        loads = _walk(waypoints, step * pressure_step, np.asarray(domain.moment_axes) / MOMENT_STEPS)
+        loads = _from_rest(domain, waypoints, step * pressure_step)
         paths.append(LoadingPath(f"{index:03d}-{role}-{kind}", role, loads))
     return tuple(paths)
 
@@ -231,18 +231,33 @@ def _ball(rng: np.random.Generator, domain: Domain) -> Vector:
     return rng.random() ** (1 / 3) * _sphere(rng, domain)
 
 
-def _walk(
-    waypoints: Sequence[tuple[Vector, Vector]], pressure_step: float, moment_step: Vector
+def _from_rest(
+    domain: Domain, waypoints: Sequence[tuple[Vector, Vector]], pressure_step: float
 ) -> tuple[Load, ...]:
     """Return loads in even steps from the unloaded section straight through the waypoints."""
     none = (0.0, 0.0, 0.0)
-    loads, start = [], Load(none, none)
-    for pressure, moment in waypoints:
-        pressure_change = np.abs(pressure - start.pressure).max() / pressure_step
-        moment_change = float(np.linalg.norm((moment - np.asarray(start.moment)) / moment_step))
-        steps = int(np.ceil(max(pressure_change, moment_change) - 1e-9))
-        goal = Load(tuple(pressure.tolist()), tuple(moment.tolist()))
-        loads += [between(start, goal, float(share)) for share in np.arange(1, steps + 1) / max(steps, 1)]
+    goals = [Load(tuple(pressure.tolist()), tuple(moment.tolist())) for pressure, moment in waypoints]
+    return walk(Load(none, none), goals, pressure_step, domain.moment_axes)
+
+
+def walk(
+    start: Load, goals: Sequence[Load], pressure_step: float, moment_axes: tuple[float, float, float]
+) -> tuple[Load, ...]:
+    """Return loads in even steps from one load straight through others, all without imposed curvature.
+
+    Parameters
+    ----------
+    start, goals : the load to begin at, which is left out, and those to pass.
+    pressure_step : largest change of a pressure between loads [Pa].
+    moment_axes : half axes of the ellipsoid of moments [N m], which takes `MOMENT_STEPS` loads to cross.
+    """
+    loads: list[Load] = []
+    moment_step = np.asarray(moment_axes) / MOMENT_STEPS
+    for goal in goals:
+        pressure_change = np.abs(np.subtract(goal.pressure, start.pressure)).max() / pressure_step
+        moment_change = np.subtract(goal.moment or 0.0, start.moment or 0.0) / moment_step
+        steps = int(np.ceil(max(pressure_change, float(np.linalg.norm(moment_change))) - 1e-9))
+        loads += [between(start, goal, number / steps) for number in range(1, steps + 1)]
         start = goal
     return tuple(loads)
 

@@ -16,17 +16,17 @@ from fem_reference.actuator.pose import AxisShape, axis_shape, bending
 from fem_reference.actuator.problem import ActuatorProblem
 from fem_reference.actuator.volume_continuation import VolumePathFollower
 from fem_reference.algebra import SymmetricSolver, default_solver
-from fem_reference.design import BONDS, DENSITY, Design
+from fem_reference.design import DENSITY, Design, refuse_unknown_bond
 from fem_reference.errors import NewtonError
 from fem_reference.geometry import (
-    MOMENT_SHARE,
     ActuatorGeometry,
     Core,
     DoubleHelix,
     Thread,
     Winding,
+    refuse_force_beyond,
     refuse_implausible,
-    refuse_load_beyond,
+    refuse_moment_beyond,
     refuse_pressure_beyond,
 )
 from fem_reference.materials import Material, Ogden
@@ -165,14 +165,13 @@ class Actuator:
         if not (np.isfinite(density) and density > 0.0):
             raise ValueError(f"density: got {density!r}, expected a positive finite number [kg/m³]")
         refuse_implausible("density", density)
-        if bonded not in BONDS:
-            raise ValueError(f"bonded: got {bonded!r}, expected one of {', '.join(BONDS)}")
+        refuse_unknown_bond(bonded)
         self.model = ActuatorModel(
             geometry=geometry or ActuatorGeometry(),
             material=material or Ogden(),
             winding=winding or DoubleHelix(),
             thread=thread or Thread(),
-            level=level if isinstance(level, MeshLevel) else mesh_level(level),
+            level=mesh_level(level),
             density=density,
             bonded=bonded,
             cap_wound=cap_wound,
@@ -201,18 +200,14 @@ class Actuator:
         level, symmetric, solver, options : see `Actuator`.
         """
         return cls(
-            geometry=design.geometry,
-            winding=design.winding,
+            **design.body,
             level=level,
-            material=design.material,
-            thread=design.thread,
             density=design.density,
             bonded=design.bonded,
             cap_wound=design.cap_wound,
             symmetric=symmetric,
             solver=solver,
             options=options,
-            core=design.core,
         )
 
     @property
@@ -269,12 +264,11 @@ class Actuator:
 
         It is not symmetric, as the body is to stay; or so large that it seems to be in another unit.
         """
-        geometry = self.model.geometry
-        refuse_pressure_beyond(load.pressure, self.model.material.shear_modulus)
-        most = MOMENT_SHARE * self.model.material.shear_modulus * geometry.body_diameter**3
-        refuse_load_beyond("tip_moment", load.tip_moment, most, "N m", geometry.body_diameter, "N mm")
-        force = most / geometry.body_length
-        refuse_load_beyond("tip_force", load.tip_force, force, "N", geometry.body_diameter, "millinewtons")
+        modulus, geometry = self.model.material.shear_modulus, self.model.geometry
+        diameter, length = geometry.body_diameter, geometry.body_length
+        refuse_pressure_beyond(load.pressure, modulus)
+        refuse_moment_beyond("tip_moment", load.tip_moment, modulus, diameter)
+        refuse_force_beyond("tip_force", load.tip_force, modulus, diameter, length)
         if self.model.symmetric and not load.in_plane:
             raise ValueError(f"symmetric: got {load}, expected the same loads on both sides of y = 0")
 

@@ -30,13 +30,13 @@ from fem_reference.elements import (
     SolidElements,
     SolidGroup,
     StiffGroup,
-    ThreadBending,
     ThreadGroup,
     ThreadSegments,
     TipFace,
     ViscousSolid,
     assemble,
     assemble_forces,
+    body_groups,
     local_dofs,
     own_after,
     pressure_groups,
@@ -49,7 +49,7 @@ from fem_reference.mesh import (
     TOP,
     actuator_mesh,
     even_mesh,
-    mirror_images,
+    images_with_winding,
     mirror_pairs,
     symmetrised,
 )
@@ -126,7 +126,10 @@ class ActuatorEquations:
         bending = model.core.young_modulus / units.megapascal * np.pi * radius**4 / 4.0
         self.axis = CoreSpline(self.basis, bending, density * np.pi * radius**2)
         self.rest_positions = np.concatenate([self.mesh.points, self.axis.rest()])
-        self._image = self._images() if model.symmetric else None
+        self._image = None
+        if model.symmetric:
+            places = self.thread.points(self.rest_positions)
+            self._image = images_with_winding(self.rest_positions, places)
         #: With the plane of symmetry, one hexahedron of two mirror images, which counts twice.
         self.halves = mirror_pairs(self.mesh.points[self.mesh.elements].mean(axis=1), model.symmetric)
         self.solid = SolidElements(self.mesh, model.material, self.halves, units)
@@ -165,23 +168,11 @@ class ActuatorEquations:
         )
 
     def _groups(self, model: ActuatorModel) -> dict[str, ForceGroup]:
-        groups: dict[str, ForceGroup] = {"solid": SolidGroup(self.solid), "thread": ThreadGroup(self.thread)}
-        if model.thread.bends:
-            stiffness = model.thread.bending_stiffness / self.units.newton * self.units.metre**2
-            bending = ThreadBending(self.thread, self.mesh.points, stiffness)
-            groups["thread bending"] = DisplacementGroup(bending, bending.padding)
+        groups = body_groups(self.solid, self.thread, model.thread, self.mesh.points, self.units)
         groups["core"] = CoreGroup(self.axis, self.nodes)
         groups["core bond"] = DisplacementGroup(self.bond)
         groups["core contact"] = DisplacementGroup(self.contact)
         return groups
-
-    def _images(self) -> Int[np.ndarray, " points"] | None:
-        """Every point's mirror image; a ValueError if the winding has none."""
-        if mirror_images(self.thread.points(self.rest_positions)) is None:
-            raise ValueError(
-                "symmetric: got a winding without it, expected its own mirror image in the plane y = 0"
-            )
-        return mirror_images(self.rest_positions)
 
     def _numbered(self) -> DofMap:
         """Unknowns: components that are neither clamped nor tied to a mirror image."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from fem_reference.geometry import SI, Units, as_vector, refuse_implausible
+from fem_reference.geometry import SI, Units, as_pressure, as_triple, as_vector, refuse_implausible
 
 # Changes of load that strain the actuator about equally: 1 kPa, 2 mN, 0.05 N mm and 2 m/s².
 _UNITS = (1e-3, 2e-3, 0.05, 2e3)
@@ -74,9 +74,7 @@ class ActuatorLoad:
     follower: bool = False
 
     def __post_init__(self) -> None:
-        pressure = as_vector("pressure", self.pressure, "Pa")
-        if pressure.min() < 0.0:
-            raise ValueError(f"pressure: got {self.pressure!r} Pa, expected none below 0 Pa")
+        as_pressure(self.pressure)
         for name, unit in (("tip_force", "N"), ("tip_moment", "N m"), ("gravity", "m/s²")):
             as_vector(name, getattr(self, name), unit)
         refuse_implausible("gravity", math.hypot(*self.gravity))
@@ -101,15 +99,10 @@ class ActuatorLoad:
     @classmethod
     def of(cls, target: ActuatorTarget, units: Units) -> "ActuatorLoad":
         """Return the load of a target in a body's units."""
-
-        def triple(vector: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
-            first, second, third = (float(value) for value in vector)
-            return first, second, third
-
         return cls(
-            triple(target.pressure * units.megapascal),
-            triple(target.tip_force * units.newton),
-            triple(target.tip_moment * units.newton / units.metre),
-            triple(target.gravity / units.acceleration),
+            as_triple(target.pressure * units.megapascal),
+            as_triple(target.tip_force * units.newton),
+            as_triple(target.tip_moment * units.newton / units.metre),
+            as_triple(target.gravity / units.acceleration),
             target.follower,
         )

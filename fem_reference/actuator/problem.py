@@ -46,7 +46,9 @@ class BodyProblem(Problem[Body, Target, BodyLinear, BodyStep, ViscousSolid]):
     equations, motion : of the actuator.
     """
 
-    tolerances = Tolerances(reach=1.5, nearby=0.05, noise=5e-3, exact=False, stride=0.1)
+    tolerances = Tolerances(
+        max_step=1.5, modified_newton_step=0.05, contact_noise=5e-3, exact_stiffness=False, desired_step=0.1
+    )
 
     def __init__(self, equations: ActuatorEquations, motion: BodyMotion) -> None:
         self.equations, self.motion = equations, motion

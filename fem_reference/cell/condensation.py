@@ -61,7 +61,7 @@ def condense(
     # Round-off of the two triangular solves leaves an asymmetry of about 1e-12.
     hessian = 0.5 * (hessian + hessian.T)
     bent = int((np.linalg.eigvalsh(hessian[:3, :3]) <= 0.0).sum())
-    if equations.fold is not None:
+    if equations.symmetric:
         hessian[ACROSS, ACROSS] = 0.0
     return SectionDerivatives(
         linear.strain_residual[:3] / equations.period, hessian, turned_over, turned_over + bent

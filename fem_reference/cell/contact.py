@@ -24,12 +24,12 @@ class CellContact(Contact[Configuration, CellLinearisation]):
     def convexified(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
         """See `Contact.convexified`."""
         equations, frame = self._equations, linear.frame
-        unknowns = CellUnknowns(frame, equations.fold)
+        unknowns = CellUnknowns(frame, equations.nodal.fold)
         return convexified(linear.data, equations.walls, frame.positions, equations.pattern, unknowns)
 
     def core_curvature_stiffness(self, linear: CellLinearisation) -> Float[np.ndarray, " nonzeros"]:
         """See `Contact.core_curvature_stiffness`."""
-        pattern, core, frame = self._equations.pattern, self._equations.rod, linear.frame
+        pattern, core, frame = self._equations.pattern, self._equations.core_contact, linear.frame
         data = np.zeros(len(pattern))
         concave = core.response(frame.positions, frame.series).node_concave
         pattern.add_group(data, CORE_CONTACT, frame.rotate_blocks(core.nodes[:, None], concave))

@@ -9,37 +9,34 @@ The silicone slides along the core, which keeps its length. In a whole actuator 
 ends; they give, and the silicone between them becomes longer. A section takes this for a spring k along the
 core. Where the ends give nothing, λ = 1.
 
-Two multipliers fix the gauge: the bottom section's mean axial slip and mean rotation about the core are zero.
-
 A cell may keep its plane of symmetry, y = 0: mirror images share unknowns, and u1 and u3 stay zero.
 """
 
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
-from fem_reference.algebra import DofMap, SparsePattern, scatter
+from fem_reference.algebra import SparsePattern, scatter
 from fem_reference.cell.axial import AxialStiffness
 from fem_reference.cell.core_contact import CellCoreContact, CoreContactGroup, CoreContactResponse
 from fem_reference.cell.helical_periodicity import HelicalFrame, HelicalMap
 from fem_reference.cell.screw_motion import ScrewSeries, screw_series
 from fem_reference.cell.state import CellLinearisation, Configuration, Step
-from fem_reference.cell.unknowns import CellUnknowns
+from fem_reference.cell.unknowns import GAUGES, CellUnknowns, NodalUnknowns
 from fem_reference.elements import (
     Chamber,
-    DisplacementGroup,
     ForceGroup,
     Own,
     SolidElements,
     SolidGroup,
     StiffGroup,
-    ThreadBending,
     ThreadGroup,
     ThreadSegments,
     ViscousSolid,
     assemble,
     assemble_forces,
+    body_groups,
     local_dofs,
     own_after,
     patch_names,
@@ -49,22 +46,17 @@ from fem_reference.elements import (
 from fem_reference.geometry import ActuatorGeometry, Core, Thread, Units, Winding
 from fem_reference.materials import Material
 from fem_reference.mesh import (
-    BOTTOM,
     CAVITY,
     CHAMBERS,
     MeshLevel,
     body_mesh,
     even_mesh,
-    mirror_images,
+    images_with_winding,
     mirror_pairs,
     symmetrised,
 )
 from fem_reference.walls import WallContact
 
-# Compliance of the gauge [mm/N]. It violates the gauge by less than 1e-9 mm, and gives its pivots a sign.
-_GAUGE_COMPLIANCE = 1e-9
-#: Number of gauges: mean slip and mean rotation.
-GAUGES = 2
 #: Components of the strain that bend or twist the body out of the plane of symmetry: u1 and u3.
 ACROSS = [0, 2]
 #: Name of the force group of the cavity's nodes against the core.
@@ -100,6 +92,8 @@ class CellEquations:
         symmetric: bool = False,
     ) -> None:
         winding.refuse_overlap(thread)
+        #: Whether the body keeps its plane of symmetry.
+        self.symmetric = symmetric
         #: Units of all that follows.
         self.units = units = Units.of(geometry, material.shear_modulus)
         length = winding.cell_length(geometry.body_diameter)
@@ -118,52 +112,37 @@ class CellEquations:
         self.halves = mirror_pairs(self.mesh.points[self.mesh.elements].mean(axis=1), symmetric)
         self.solid = SolidElements(self.mesh, material, self.halves, units=units)
         self.thread = ThreadSegments(self.helical.continued, winding, thread, *cylinder, units=units)
+        at_rest = self.helical.continued.points
         #: Force groups of the nodes that take neither pressures nor the strain.
-        self.groups: dict[str, ForceGroup] = {
-            "solid": SolidGroup(self.solid),
-            "thread": ThreadGroup(self.thread),
-        }
-        if thread.bends:
-            stiffness = thread.bending_stiffness / units.newton * units.metre**2
-            at_rest = self.helical.continued.points
-            bending = ThreadBending(self.thread, at_rest, stiffness, goes_on=True)
-            self.groups["thread bending"] = DisplacementGroup(bending, bending.padding)
+        self.groups = body_groups(self.solid, self.thread, thread, at_rest, units, is_periodic=True)
         self.chambers = [Chamber(self.mesh, name) for name in CHAMBERS]
         self.walls = WallContact(self.mesh.points, np.concatenate([c.quads for c in self.chambers]))
         radius = geometry.cavity_diameter / 2.0 * units.metre
-        self.rod = self._core_contact(radius)
+        self.core_contact = self._contact_with_core(radius)
         self.axial_stiffness = None if axial_stiffness is None else axial_stiffness / units.newton
         modulus = (core or Core()).young_modulus / units.megapascal
         self._axial = AxialStiffness(modulus * np.pi * radius**4 / 4.0, self.axial_stiffness)
         self._rest_positions = self.mesh.points[self.helical.independent]
-        self._image = self._images() if symmetric else None
-        held = np.zeros((self.helical.count, 3), dtype=bool)
-        dofs = DofMap.but_for(held) if self._image is None else DofMap.mirrored(held, self._image)
-        #: Sums components of the independent nodes to unknowns if mirror images share them; None if not.
-        self.fold = dofs.fold if symmetric else None
-        self._gauge = self._gauge_rows()
-        self._folded_gauge = self._gauge if self.fold is None else (self.fold @ self._gauge.T).T
-        self._gauge_entries = self._gauge_matrix_entries()
-        self.size = dofs.size + GAUGES
-        self.pattern = self._sparse_pattern(dofs, symmetric)
+        self._image = None
+        if symmetric:
+            self._image = images_with_winding(self._rest_positions, self.thread.points(at_rest))
+        #: Unknowns beside the strain.
+        self.nodal = NodalUnknowns(self.mesh, self.helical, self._image)
+        self.pattern = self._sparse_pattern()
 
-    def _sparse_pattern(self, unknown: DofMap, symmetric: bool) -> SparsePattern:
+    @property
+    def size(self) -> int:
+        """Number of unknowns of the nodes, and multipliers of the gauge."""
+        return self.nodal.size
+
+    def _sparse_pattern(self) -> SparsePattern:
         groups = {**self.groups, **pressure_groups(self.chambers, np.zeros(3))}
-        dofs = local_dofs(groups, lambda nodes: unknown.of(self.helical.base[nodes])[0])
+        dofs = local_dofs(groups, lambda nodes: self.nodal.of(nodes)[0])
         points = {name: group.connectivity for name, group in groups.items()}
-        points[CORE_CONTACT] = self.rod.nodes[:, None]
-        dofs[CORE_CONTACT] = unknown.of(self.helical.base[points[CORE_CONTACT]])[0]
-        signs = {name: unknown.of(self.helical.base[nodes])[1] for name, nodes in points.items()}
-        return SparsePattern(self.size, dofs, self._gauge_entries[:2], signs if symmetric else None)
-
-    def _images(self) -> Int[np.ndarray, " free"]:
-        """Every independent node's mirror image."""
-        image = mirror_images(self._rest_positions)
-        if image is None or mirror_images(self.thread.points(self.helical.continued.points)) is None:
-            raise ValueError(
-                "symmetric: got a winding without it, expected its own mirror image in the plane y = 0"
-            )
-        return image
+        points[CORE_CONTACT] = self.core_contact.nodes[:, None]
+        dofs[CORE_CONTACT] = self.nodal.of(points[CORE_CONTACT])[0]
+        signs = {name: self.nodal.of(nodes)[1] for name, nodes in points.items()}
+        return SparsePattern(self.size, dofs, self.nodal.gauge_entries[:2], signs if self.symmetric else None)
 
     def symmetrised(self, at: Configuration) -> Configuration:
         """A configuration of the cell without the plane of symmetry, made its own mirror image.
@@ -180,46 +159,13 @@ class CellEquations:
             element_pressure=at.element_pressure[self.halves.kept] if whole else at.element_pressure,
         )
 
-    def displacement(self, unknowns: Float[np.ndarray, " q"]) -> Float[np.ndarray, "free 3"]:
-        """Displacement of the independent nodes when the unknowns change [mm]."""
-        moved = unknowns if self.fold is None else self.fold.T @ unknowns
-        return np.asarray(moved).reshape(-1, 3)
-
-    def _folded(self, columns: Float[np.ndarray, "free 3 m"]) -> Float[np.ndarray, "q m"]:
-        """Columns over the independent nodes as columns over the unknowns and the multipliers."""
-        flat = columns.reshape(-1, columns.shape[2])
-        return _over_gauges(flat if self.fold is None else self.fold @ flat)
-
-    def _core_contact(self, radius: float) -> CellCoreContact:
+    def _contact_with_core(self, radius: float) -> CellCoreContact:
         base = self.helical.base[: len(self.mesh.points)]
         areas = np.bincount(base, weights=self.mesh.nodal_areas(CAVITY), minlength=self.helical.count)
         cavity = self.mesh.nodes(CAVITY)
         nodes = cavity[~self.helical.is_image[cavity]]
         free = self.helical.base[nodes]
         return CellCoreContact(nodes, areas[free], radius, self.mesh.points[nodes, 2])
-
-    def _gauge_rows(self) -> Float[np.ndarray, "2 freedoms"]:
-        """Mean axial displacement and mean rotation, times the mean radius, of the bottom section."""
-        weight = self.mesh.nodal_areas(BOTTOM)[self.helical.independent]
-        weight /= weight.sum()
-        x, y, _ = self._rest_positions.T
-        arm = np.sqrt(float((weight * (x**2 + y**2)).sum()))
-        rows = np.zeros((GAUGES, self.helical.count, 3))
-        rows[0, :, 2] = weight
-        rows[1, :, 0] = -weight * y / arm
-        rows[1, :, 1] = weight * x / arm
-        return rows.reshape(GAUGES, -1)
-
-    def _gauge_matrix_entries(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Rows, columns and values of the gauge in the system's upper triangle."""
-        gauge, node = np.nonzero(self._folded_gauge)
-        first = self._folded_gauge.shape[1]
-        own = first + np.arange(GAUGES)
-        return (
-            np.concatenate([node, own]),
-            np.concatenate([first + gauge, own]),
-            np.concatenate([self._folded_gauge[gauge, node], np.full(GAUGES, -_GAUGE_COMPLIANCE)]),
-        )
 
     def rest(self) -> Configuration:
         """The unloaded cell."""
@@ -249,7 +195,7 @@ class CellEquations:
         """Stored energy of one period, without the work of the pressures [N mm]."""
         series = self.series(at)
         positions = HelicalFrame(self.helical, at.positions, series).positions
-        core = CoreContactGroup(self.rod.nodes, self.rod.response(positions, series))
+        core = CoreContactGroup(self.core_contact.nodes, self.core_contact.response(positions, series))
         stored = total_energy({**self.groups, CORE_CONTACT: core}, self.walls, positions)
         return stored + self.period * self._axial.energy(at.strain).value
 
@@ -262,7 +208,7 @@ class CellEquations:
     ) -> dict[str, ForceGroup]:
         """All force groups: with these pressures, this contact with the core, and this resistance."""
         groups = {**self.groups, **pressure_groups(self.chambers, pressure)}
-        groups[CORE_CONTACT] = CoreContactGroup(self.rod.nodes, core)
+        groups[CORE_CONTACT] = CoreContactGroup(self.core_contact.nodes, core)
         if viscous is not None:
             groups["solid"] = SolidGroup(self.solid, viscous)
         return groups
@@ -289,15 +235,15 @@ class CellEquations:
         series = self.series(at)
         frame = HelicalFrame(self.helical, at.positions, series)
         x = frame.positions
-        core, unknowns = self.rod.response(x, series), CellUnknowns(frame, self.fold)
+        core, unknowns = self.core_contact.response(x, series), CellUnknowns(frame, self.nodal.fold)
         own: dict[str, Own] = {} if exact else at.own
         pairs = None if before is None else before.pairs
         groups = self._loaded(pressure, core, viscous)
         found = assemble(groups, self.walls, x, own, self.pattern, unknowns, pairs)
-        self.pattern.add_entries(found.data, *self._gauge_entries)
+        self.pattern.add_entries(found.data, *self.nodal.gauge_entries)
 
         columns = unknowns.columns
-        np.add.at(columns, self.rod.nodes, core.node_strain)
+        np.add.at(columns, self.core_contact.nodes, core.node_strain)
         if found.wall_stiffness is not None:
             columns += (found.wall_stiffness @ frame.strain_motion.reshape(-1, 4)).reshape(-1, 3, 4)
         residual, strain_residual = self._residuals(at, frame, found.force, core)
@@ -312,10 +258,10 @@ class CellEquations:
         )
         volume_free, volume_strain = frame.pull_columns(volume_force)
         axial = self.period * self._axial.energy(at.strain).second
-        node_strain = self._folded(free_columns + mixed)
+        node_strain = self.nodal.columns(free_columns + mixed)
         strain_strain = strain_columns + strain_geometric + core.strain_stiffness + axial
         strain_pressure = -volume_strain
-        if self.fold is not None:
+        if self.symmetric:
             node_strain[:, ACROSS] = 0.0
             strain_strain[ACROSS, :] = strain_strain[:, ACROSS] = 0.0
             # Any stiffness keeps them at zero.
@@ -329,7 +275,7 @@ class CellEquations:
             slack=self.thread.slack(at.segment_tension),
             strain_residual=strain_residual,
             node_strain=node_strain,
-            node_pressure=self._folded(-volume_free),
+            node_pressure=self.nodal.columns(-volume_free),
             strain_strain=strain_strain,
             strain_pressure=strain_pressure,
             volume=np.array([c.volume(x) for c in self.chambers]),
@@ -348,7 +294,7 @@ class CellEquations:
         """The residual at ``at``, with the Hessian of ``linear``; see `linearise`."""
         series = self.series(at)
         frame = HelicalFrame(self.helical, at.positions, series)
-        core = self.rod.response(frame.positions, series)
+        core = self.core_contact.response(frame.positions, series)
         groups = self._loaded(pressure, core, viscous)
         force, laws, walls_touch = assemble_forces(groups, self.walls, frame.positions, at.own)
         residual, strain_residual = self._residuals(at, frame, force, core)
@@ -370,14 +316,10 @@ class CellEquations:
     ) -> tuple[Float[np.ndarray, " q"], Float[np.ndarray, "4"]]:
         """Residuals conjugate to nodes and multipliers, and to the strain, from the forces on all nodes."""
         free_force, strain_force = frame.pull_force(force)
-        slip = self._gauge @ (at.positions - self._rest_positions).ravel()
-        on_nodes = free_force.ravel() if self.fold is None else self.fold @ free_force.ravel()
-        residual = np.concatenate(
-            [on_nodes + at.multipliers @ self._folded_gauge, slip - _GAUGE_COMPLIANCE * at.multipliers]
-        )
+        residual = self.nodal.residual(at.positions, free_force, at.multipliers)
         axial = self.period * self._axial.energy(at.strain).first
         strain_residual = strain_force + core.strain_force + axial
-        if self.fold is not None:
+        if self.symmetric:
             strain_residual[ACROSS] = 0.0
         return residual, strain_residual
 
@@ -396,8 +338,3 @@ class CellEquations:
             segment_tension=own["thread"],
             multipliers=at.multipliers + fraction * step.multipliers,
         )
-
-
-def _over_gauges(columns: Float[np.ndarray, "free m"]) -> Float[np.ndarray, "q m"]:
-    """The columns with rows of zeros for the multipliers, which neither strain nor pressure enters."""
-    return np.concatenate([columns, np.zeros((GAUGES, columns.shape[1]))])

@@ -3,10 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 
 from fem_reference.cell.problem import CellTarget
-from fem_reference.geometry import Units, as_vector
+from fem_reference.geometry import Units, as_pressure, as_triple, as_vector
 
 
 @dataclass(frozen=True)
@@ -30,9 +29,7 @@ class Load:
     curvature: tuple[float, float, float] | None = None
 
     def __post_init__(self) -> None:
-        pressure = as_vector("pressure", self.pressure, "Pa")
-        if pressure.min() < 0.0:
-            raise ValueError(f"pressure: got {self.pressure!r} Pa, expected none below 0 Pa")
+        as_pressure(self.pressure)
         if self.moment is not None and self.curvature is not None:
             raise ValueError("moment and curvature: got both, expected at most one of them")
         for name, unit in (("moment", "N m"), ("curvature", "1/m")):
@@ -56,14 +53,9 @@ class Load:
 
 def load_of(target: CellTarget, units: Units) -> Load:
     """Return the load of a target in the body's units."""
-    pressure = _triple(target.pressure * units.megapascal)
+    pressure = as_triple(target.pressure * units.megapascal)
     if target.curvature is not None:
-        return Load(pressure, curvature=_triple(target.curvature * units.metre))
+        return Load(pressure, curvature=as_triple(target.curvature * units.metre))
     if target.moment is None:
         return Load(pressure)
-    return Load(pressure, moment=_triple(target.moment * units.newton / units.metre))
-
-
-def _triple(vector: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
-    first, second, third = (float(value) for value in vector)
-    return first, second, third
+    return Load(pressure, moment=as_triple(target.moment * units.newton / units.metre))

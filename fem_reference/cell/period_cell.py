@@ -3,6 +3,7 @@
 Units are SI here; the body's own (`Units`) are used behind this file only.
 """
 
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
@@ -18,15 +19,14 @@ from fem_reference.cell.state import CellLinearisation, Configuration
 from fem_reference.design import Design
 from fem_reference.errors import NewtonError
 from fem_reference.geometry import (
-    CURVATURE_SHARE,
-    MOMENT_SHARE,
     ActuatorGeometry,
     Core,
     DoubleHelix,
     Thread,
     Winding,
+    refuse_curvature_beyond,
     refuse_implausible,
-    refuse_load_beyond,
+    refuse_moment_beyond,
     refuse_pressure_beyond,
 )
 from fem_reference.materials import Material, Ogden
@@ -81,6 +81,14 @@ class CellState:
     jumped: bool
     configuration: Configuration = field(repr=False)
     converged: bool = True
+
+    def bending(self, length: float) -> tuple[float, float]:
+        """Bending angle of a uniformly bent body of this length [m], and bending plane from −π to π [rad].
+
+        The plane of bending by chamber 1 alone, which turns a section about −y, is 0.
+        """
+        u1, u2, _ = self.curvature
+        return length * math.hypot(u1, u2), math.atan2(u1, -u2)
 
 
 class CellError(ArithmeticError):
@@ -148,8 +156,7 @@ class PeriodCell:
         refuse_implausible("end_compliance", end_compliance)
         self.geometry = geometry or ActuatorGeometry()
         self.winding = winding or DoubleHelix()
-        named = converged_level(self.winding) if level is None else level
-        self.level = named if isinstance(named, MeshLevel) else mesh_level(named)
+        self.level = mesh_level(converged_level(self.winding) if level is None else level)
         self.material = material or Ogden()
         self.thread = thread or Thread()
         self.core = core or Core()
@@ -191,15 +198,11 @@ class PeriodCell:
         """
         own = design.end_compliance or 0.0
         return cls(
-            geometry=design.geometry,
-            winding=design.winding,
+            **design.body,
             level=level,
-            material=design.material,
-            thread=design.thread,
             end_compliance=own if end_compliance is None else end_compliance,
             solver=solver,
             options=options,
-            core=design.core,
             symmetric=symmetric,
         )
 
@@ -226,11 +229,9 @@ class PeriodCell:
         diameter = self.geometry.body_diameter
         refuse_pressure_beyond(load.pressure, self.material.shear_modulus)
         if load.moment is not None:
-            most = MOMENT_SHARE * self.material.shear_modulus * diameter**3
-            refuse_load_beyond("moment", load.moment, most, "N m", diameter, "N mm")
+            refuse_moment_beyond("moment", load.moment, self.material.shear_modulus, diameter)
         if load.curvature is not None:
-            most = CURVATURE_SHARE / diameter
-            refuse_load_beyond("curvature", load.curvature, most, "1/m", diameter, "degrees per metre")
+            refuse_curvature_beyond("curvature", load.curvature, diameter)
 
     def solve(self, load: Load, start: CellState | None = None) -> CellState:
         """Equilibrium under ``load``, reached by continuation from rest or from ``start``.

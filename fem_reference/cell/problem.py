@@ -7,9 +7,10 @@ from jaxtyping import Float
 
 from fem_reference.algebra import SymmetricSolver, negative_direction
 from fem_reference.cell.contact import CellContact
-from fem_reference.cell.equations import GAUGES, CellEquations
+from fem_reference.cell.equations import CellEquations
 from fem_reference.cell.helical_periodicity import HelicalFrame
 from fem_reference.cell.state import CellLinearisation, Configuration, Step
+from fem_reference.cell.unknowns import GAUGES
 from fem_reference.elements import ViscousSolid
 from fem_reference.errors import NewtonError
 from fem_reference.solver import Problem, Tolerances
@@ -83,7 +84,9 @@ class CellProblem(Problem[Configuration, CellTarget, CellLinearisation, Step, Vi
     """
 
     constraints = GAUGES
-    tolerances = Tolerances(reach=0.3, nearby=0.01, noise=5e-3, exact=True, stride=np.inf)
+    tolerances = Tolerances(
+        max_step=0.3, modified_newton_step=0.01, contact_noise=5e-3, exact_stiffness=True, desired_step=np.inf
+    )
 
     def __init__(self, equations: CellEquations) -> None:
         self.equations = equations
@@ -100,7 +103,7 @@ class CellProblem(Problem[Configuration, CellTarget, CellLinearisation, Step, Vi
         at = start
         if target.curvature is not None:
             at = replace(start, strain=np.append(target.curvature, start.strain[3]))
-        if not equations.rod.admissible(equations.all_positions(at), equations.series(at)):
+        if not equations.core_contact.admissible(equations.all_positions(at), equations.series(at)):
             raise NewtonError("the start has the cavity's wall inside the rod")
         return at
 
@@ -173,7 +176,7 @@ class CellProblem(Problem[Configuration, CellTarget, CellLinearisation, Step, Vi
             lacking = -self._strain_residual(linear, target)[unknown] - coupling.T @ dq
             strain[unknown] = np.linalg.solve(schur, lacking)
             dq = dq - softness @ strain[unknown]
-        return Step(self.equations.displacement(dq[:-GAUGES]), strain, dq[-GAUGES:])
+        return Step(self.equations.nodal.displacement(dq[:-GAUGES]), strain, dq[-GAUGES:])
 
     def size(self, step: Step, linear: CellLinearisation) -> float:
         """Root-mean-square displacement of the nodes in a step [mm], the turn of the top face included."""
@@ -205,7 +208,7 @@ class CellProblem(Problem[Configuration, CellTarget, CellLinearisation, Step, Vi
         limit = equations.walls.step_limit(linear.frame.positions, x)
         if limit < 1.0:
             return _WALL_MARGIN * limit
-        if not equations.rod.admissible(x, series):
+        if not equations.core_contact.admissible(x, series):
             return 0.5
         inverts = (
             np.abs(x - linear.frame.positions).max() > self._safe
@@ -231,8 +234,8 @@ class CellProblem(Problem[Configuration, CellTarget, CellLinearisation, Step, Vi
         way = negative_direction(solver, len(linear.residual), self.constraints)
         if way is None:
             return None
-        way = self.equations.displacement(way)
-        way *= self.tolerances.noise / np.abs(way).max()
+        way = self.equations.nodal.displacement(way)
+        way *= self.tolerances.contact_noise / np.abs(way).max()
         guess = replace(at, positions=at.positions + way)
         return guess if self.may_start(at, guess) else None
 
@@ -249,7 +252,7 @@ class CellProblem(Problem[Configuration, CellTarget, CellLinearisation, Step, Vi
             return False
         x = equations.all_positions(guess)
         return (
-            equations.rod.admissible(x, series)
+            equations.core_contact.admissible(x, series)
             and equations.solid.dilatation(x)[:, 0].min() > -0.5
             and equations.walls.step_limit(equations.all_positions(at), x) >= 1.0
         )

@@ -19,6 +19,9 @@ from fem_reference.cli._arguments import (
     design_of,
     numbers,
     optional,
+    row,
+    stability,
+    times,
     with_flags,
     writing,
 )
@@ -159,15 +162,12 @@ def _design(options: argparse.Namespace) -> Design:
 
 
 def _load(options: argparse.Namespace) -> ActuatorLoad:
-    def triple(values: list[float] | None, unit: float) -> tuple[float, float, float]:
-        first, second, third = values or (0.0, 0.0, 0.0)
-        return unit * first, unit * second, unit * third
-
+    none = (0.0, 0.0, 0.0)
     return ActuatorLoad(
-        triple(numbers("--pressure-kpa", options.pressure_kpa, 3, "kPa"), 1e3),
-        triple(optional("--tip-force-n", options.tip_force_n, "N"), 1.0),
-        triple(optional("--tip-moment-nmm", options.tip_moment_nmm, "N mm"), 1e-3),
-        triple(optional("--gravity", options.gravity, "m/s²"), 1.0),
+        times(numbers("--pressure-kpa", options.pressure_kpa, 3, "kPa"), 1e3),
+        times(optional("--tip-force-n", options.tip_force_n, "N") or none, 1.0),
+        times(optional("--tip-moment-nmm", options.tip_moment_nmm, "N mm") or none, 1e-3),
+        times(optional("--gravity", options.gravity, "m/s²") or none, 1.0),
         options.follower,
     )
 
@@ -175,16 +175,12 @@ def _load(options: argparse.Namespace) -> ActuatorLoad:
 def _ramp(load: ActuatorLoad, least: float) -> list[ActuatorLoad]:
     """Return loads in even steps from rest to the given one, for a progress bar to count."""
     steps = max(1, math.ceil(least))
-
-    def part(vector: tuple[float, float, float], share: float) -> tuple[float, float, float]:
-        return share * vector[0], share * vector[1], share * vector[2]
-
     return [
         ActuatorLoad(
-            part(load.pressure, k / steps),
-            part(load.tip_force, k / steps),
-            part(load.tip_moment, k / steps),
-            part(load.gravity, k / steps),
+            times(load.pressure, k / steps),
+            times(load.tip_force, k / steps),
+            times(load.tip_moment, k / steps),
+            times(load.gravity, k / steps),
             load.follower,
         )
         for k in range(1, steps + 1)
@@ -210,10 +206,7 @@ def _description(actuator: Actuator, loads: list[ActuatorLoad]) -> dict[str, Any
 
 
 def _text(record: dict[str, Any]) -> str:
-    def row(values: list[float], form: str = "{:.4g}") -> str:
-        return "  ".join(form.format(value) for value in values)
-
-    stable = {True: "stable", False: "unstable", None: "stability not known"}[record["stable"]]
+    stable = stability(record)
     if record["jumped"]:
         stable += f", after a jump at {row(record['limit_pressure_kpa'])} kPa"
     return "\n".join(

@@ -129,6 +129,21 @@ def optional(flag: str, given: Sequence[str] | None, unit: str) -> list[float] |
     return None if given is None else numbers(flag, given, 3, unit)
 
 
+def times(vector: Sequence[float], factor: float) -> tuple[float, float, float]:
+    """Return a multiple of three numbers."""
+    return factor * vector[0], factor * vector[1], factor * vector[2]
+
+
+def row(values: Sequence[float], form: str = "{:.4g}") -> str:
+    """Return numbers side by side."""
+    return "  ".join(form.format(value) for value in values)
+
+
+def stability(record: dict[str, Any]) -> str:
+    """Return in words whether the state of a record is stable."""
+    return {True: "stable", False: "unstable", None: "stability not known"}[record["stable"]]
+
+
 def check_writable(flag: str, file: Path, suffixes: tuple[str, ...] = _VTK_SUFFIXES) -> None:
     """Refuse a file with another suffix, or in a directory that is not writable, before the work begins."""
     if file.suffix not in suffixes or file.is_dir() or not os.access(file.parent, os.W_OK):

@@ -18,6 +18,9 @@ from fem_reference.cli._arguments import (
     design_of,
     numbers,
     optional,
+    row,
+    stability,
+    times,
     with_flags,
     writing,
 )
@@ -111,14 +114,11 @@ def _ramp(
 ) -> list[Load]:
     """Return loads in even steps from rest to the given one, for a progress bar to count."""
 
-    def part(vector: list[float], factor: float) -> tuple[float, float, float]:
-        return factor * vector[0], factor * vector[1], factor * vector[2]
-
     def load(share: float) -> Load:
         return Load(
-            part(pressure, 1e3 * share),
-            None if moment is None else part(moment, 1e-3 * share),
-            None if curvature is None else part(curvature, share),
+            times(pressure, 1e3 * share),
+            None if moment is None else times(moment, 1e-3 * share),
+            None if curvature is None else times(curvature, share),
         )
 
     load(1.0)  # An error names the full load, not the first step.
@@ -127,10 +127,10 @@ def _ramp(
 
 def _record(cell: PeriodCell, state: CellState, converged: bool) -> dict[str, Any]:
     length = cell.geometry.body_length
-    u1, u2, _ = state.curvature
+    angle, plane = state.bending(length)
     return {
-        "bending_angle_deg": math.degrees(length * math.hypot(u1, u2)),
-        "bending_plane_deg": math.degrees(math.atan2(u1, -u2)) % 360.0,
+        "bending_angle_deg": math.degrees(angle),
+        "bending_plane_deg": math.degrees(plane) % 360.0,
         "curvature_per_m": state.curvature.tolist(),
         "moment_nmm": (1e3 * state.moment).tolist(),
         "stretch": state.stretch,
@@ -147,11 +147,7 @@ def _record(cell: PeriodCell, state: CellState, converged: bool) -> dict[str, An
 
 def _text(record: dict[str, Any], length: float) -> str:
     """Return the record for people; ``length`` is the body's [mm]."""
-
-    def row(values: list[float], form: str = "{:.4g}") -> str:
-        return "  ".join(form.format(value) for value in values)
-
-    stable = {True: "stable", False: "unstable", None: "stability not known"}[record["stable"]]
+    stable = stability(record)
     if record["jumped"]:
         stable += ", after a snap of walls"
     return "\n".join(

@@ -1,6 +1,7 @@
 """One actuator with all that its models take: dimensions, material, core, thread, winding, ends."""
 
 from dataclasses import dataclass, field
+from typing import TypedDict
 
 from fem_reference.geometry import (
     ActuatorGeometry,
@@ -24,6 +25,16 @@ _THINNEST = 1.0 / 500.0
 # Largest pressure that a design may be meant for, in shear moduli: all known bodies fold far below.
 _MOST_PRESSURE = 50.0
 _MM, _KPA = 1e3, 1e-3
+
+
+class Body(TypedDict):
+    """Parts of an actuator's body, as `PeriodCell` and `Actuator` take them."""
+
+    geometry: ActuatorGeometry
+    winding: Winding
+    material: Material
+    thread: Thread
+    core: Core
 
 
 @dataclass(frozen=True)
@@ -73,8 +84,7 @@ class Design:
             if not text.isprintable() or (name == "name" and not text.strip()):
                 raise ValueError(f"{name}: got {text!r}, expected one line of text")
         refuse_implausible("density", self.density)
-        if self.bonded not in BONDS:
-            raise ValueError(f"bonded: got {self.bonded!r}, expected one of {', '.join(BONDS)}")
+        refuse_unknown_bond(self.bonded)
         if self.end_compliance is not None:
             refuse_implausible("end_compliance", self.end_compliance)
         _refuse_thin_walls(self.geometry)
@@ -83,9 +93,26 @@ class Design:
             _refuse_winding(self.geometry, self.winding, self.thread)
 
     @property
+    def body(self) -> Body:
+        """The parts that are meshed, by their names as arguments."""
+        return Body(
+            geometry=self.geometry,
+            winding=self.winding,
+            material=self.material,
+            thread=self.thread,
+            core=self.core,
+        )
+
+    @property
     def units(self) -> Units:
         """Units in which this body is computed."""
         return Units.of(self.geometry, self.material.shear_modulus)
+
+
+def refuse_unknown_bond(bonded: str) -> None:
+    """Raise a ValueError for a word that is none of `BONDS`."""
+    if bonded not in BONDS:
+        raise ValueError(f"bonded: got {bonded!r}, expected one of {', '.join(BONDS)}")
 
 
 def _refuse_thin_walls(geometry: ActuatorGeometry) -> None:

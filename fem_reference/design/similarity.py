@@ -5,6 +5,7 @@ times, those of another design, it bends by the same angles at μ times the pres
 and μ λ² times the forces; its curvatures are 1/λ times the other's. Weight does not scale along.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import Any
@@ -17,6 +18,47 @@ from fem_reference.materials import MODES, Material, nominal_stress
 
 
 @dataclass(frozen=True)
+class Scale:
+    """Ratios of one body's lengths, moduli and density to those of another, and the factors that follow.
+
+    Raises
+    ------
+    ValueError
+        For a ratio that is not positive and finite.
+    """
+
+    length: float
+    modulus: float
+    density: float = 1.0
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not (isinstance(value, float | int) and math.isfinite(value) and value > 0.0):
+                raise ValueError(f"{field.name}: got {value!r}, expected a positive finite ratio")
+
+    def factor(self, powers: tuple[int, int, int]) -> float:
+        """Return the factor of a quantity from its powers of length, modulus and density."""
+        length, modulus, density = powers
+        return self.length**length * self.modulus**modulus * self.density**density
+
+    @property
+    def pressure(self) -> float:
+        """Factor of pressures."""
+        return self.factor((0, 1, 0))
+
+    @property
+    def force(self) -> float:
+        """Factor of forces."""
+        return self.factor((2, 1, 0))
+
+    @property
+    def moment(self) -> float:
+        """Factor of moments."""
+        return self.factor((3, 1, 0))
+
+
+@dataclass(frozen=True)
 class Similarity:
     """How one design compares with another.
 
@@ -26,26 +68,33 @@ class Similarity:
     modulus : μ, ratio of the materials' initial shear moduli.
     deviations : by name, relative difference of each quantity from that of the other design, scaled; 1 for
         words that differ. Quantities that agree to rounding are left out.
+    density : ratio of the densities, which is no deviation.
     """
 
     length: float
     modulus: float
     deviations: Mapping[str, float]
+    density: float = 1.0
+
+    @property
+    def scale(self) -> Scale:
+        """The ratios, with the factors of other quantities."""
+        return Scale(self.length, self.modulus, self.density)
 
     @property
     def pressure(self) -> float:
         """Factor of pressures."""
-        return self.modulus
+        return self.scale.pressure
 
     @property
     def moment(self) -> float:
         """Factor of moments."""
-        return self.modulus * self.length**3
+        return self.scale.moment
 
     @property
     def force(self) -> float:
         """Factor of forces."""
-        return self.modulus * self.length**2
+        return self.scale.force
 
     def within(self, tolerance: float) -> bool:
         """Whether all quantities deviate by at most ``tolerance``."""
@@ -60,7 +109,8 @@ _STRETCHES = np.linspace(1.1, 1.6, 6)
 def similarity(design: Design, other: Design) -> Similarity:
     """Return how a design compares with another, whose lengths and moduli are scaled to it.
 
-    Ends, bonds and pressures are no part of the comparison; nor is the density, as weight does not scale.
+    Ends, bonds and pressures are no part of the comparison; nor is the density, as weight does not scale: its
+    ratio stands beside.
     """
     mine, theirs = _shape(design), _shape(other)
     deviations = {}
@@ -81,6 +131,7 @@ def similarity(design: Design, other: Design) -> Similarity:
         design.geometry.body_diameter / other.geometry.body_diameter,
         design.material.shear_modulus / other.material.shear_modulus,
         deviations,
+        design.density / other.density,
     )
 
 

@@ -4,6 +4,7 @@ from fem_reference.elements.assembly import Assembled as Assembled
 from fem_reference.elements.assembly import Entries as Entries
 from fem_reference.elements.assembly import assemble as assemble
 from fem_reference.elements.assembly import assemble_forces as assemble_forces
+from fem_reference.elements.assembly import body_groups as body_groups
 from fem_reference.elements.assembly import convexified as convexified
 from fem_reference.elements.assembly import local_dofs as local_dofs
 from fem_reference.elements.assembly import own_after as own_after

@@ -14,7 +14,20 @@ from jaxtyping import Float, Int
 
 from fem_reference.algebra import SparsePattern, scatter
 from fem_reference.elements.chamber import Chamber
-from fem_reference.elements.force_group import FollowerPressure, ForceGroup, Own, Points, StiffGroup
+from fem_reference.elements.force_group import (
+    DisplacementGroup,
+    FollowerPressure,
+    ForceGroup,
+    Own,
+    Points,
+    SolidGroup,
+    StiffGroup,
+    ThreadGroup,
+)
+from fem_reference.elements.solid import SolidElements
+from fem_reference.elements.thread import ThreadSegments
+from fem_reference.elements.thread_bending import ThreadBending
+from fem_reference.geometry import Thread, Units
 from fem_reference.walls import WallContact, WallPairs
 
 #: Rows, columns and values of a matrix's upper triangle.
@@ -55,6 +68,31 @@ class Assembled:
     pairs: WallPairs | None
     laws: Mapping[str, Own]
     gradients: Mapping[str, Own]
+
+
+def body_groups(
+    solid: SolidElements,
+    segments: ThreadSegments,
+    thread: Thread,
+    rest: Float[np.ndarray, "nodes 3"],
+    units: Units,
+    is_periodic: bool = False,
+) -> dict[str, ForceGroup]:
+    """Return the groups of silicone and thread, and that of the thread's bending if it resists bending.
+
+    Parameters
+    ----------
+    solid, segments : elements of silicone and thread.
+    thread : the thread itself.
+    rest, is_periodic : see `ThreadBending`.
+    units : of the body.
+    """
+    groups: dict[str, ForceGroup] = {"solid": SolidGroup(solid), "thread": ThreadGroup(segments)}
+    if thread.bends:
+        stiffness = thread.bending_stiffness / units.newton * units.metre**2
+        bending = ThreadBending(segments, rest, stiffness, is_periodic)
+        groups["thread bending"] = DisplacementGroup(bending, bending.padding)
+    return groups
 
 
 def local_dofs(

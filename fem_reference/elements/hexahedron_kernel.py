@@ -19,9 +19,9 @@ from fem_reference.materials import (
     Isochoric,
     dot,
     half_turned,
+    materialised,
     pressure_moduli,
     principal,
-    stored,
 )
 
 # Up to this many nodes an unrolled sum over points, vectorised over elements, takes half the time of a matrix
@@ -76,18 +76,18 @@ def _at_points(
     Float[Array, "modes elements"],
 ]:
     """Return forces, V_e ∂ϑ_j/∂x, gradients and weighted tangent in the principal frames, and κ ϑ_j."""
-    F = stored(_deformation_gradient(chunk, local))
-    at, growth = stored((principal(F), _growth(F)))
+    F = materialised(_deformation_gradient(chunk, local))
+    at, growth = materialised((principal(F), _growth(F)))
     constitutive = bulk_modulus * _mean(chunk, growth)
     stress, dyads = law.response(at)
     kept = constitutive if pressure is None else pressure
     volumetric = pressure_moduli(at, 1.0 + growth, (chunk.modes * kept[:, None]).sum(axis=0))
     alone, across, crossed = dyads.alone, dyads.across + volumetric, dyads.crossed - volumetric
-    dyads = stored(DyadModuli(*(chunk.weights * part for part in (alone, across, crossed))))
+    dyads = materialised(DyadModuli(*(chunk.weights * part for part in (alone, across, crossed))))
     tangent = half_turned(dyads, at.after)
-    turned = stored(_turned(chunk, at.before))
+    turned = materialised(_turned(chunk, at.before))
     cofactor = (1.0 + growth) / at.stretch
-    volume_gradient = stored(
+    volume_gradient = materialised(
         jnp.stack([_pull(turned, at.after * (chunk.weights * mode * cofactor)) for mode in chunk.modes])
     )
     force = _pull(turned, at.after * (chunk.weights * stress))
@@ -111,12 +111,12 @@ def force(
     chunk: ElementChunk, law: Isochoric, bulk_modulus: Array, local: Float[Array, "nodes 3 elements"]
 ) -> tuple[Float[Array, "nodes 3 elements"], Float[Array, "modes elements"]]:
     """Return only the forces and κ ϑ_j of `response`."""
-    F = stored(_deformation_gradient(chunk, local))
-    at, growth = stored((principal(F), _growth(F)))
+    F = materialised(_deformation_gradient(chunk, local))
+    at, growth = materialised((principal(F), _growth(F)))
     constitutive = bulk_modulus * _mean(chunk, growth)
     pressure = (chunk.modes * constitutive[:, None]).sum(axis=0)
     stress = law.stress(at) + pressure * (1.0 + growth) / at.stretch
-    force = _pull(stored(_turned(chunk, at.before)), at.after * (chunk.weights * stress))
+    force = _pull(materialised(_turned(chunk, at.before)), at.after * (chunk.weights * stress))
     return force, constitutive
 
 
@@ -204,7 +204,7 @@ def _integrated(
 ) -> Float[Array, "6 nodes nodes elements"]:
     """Return Σ_q dN_aJ A_iJkL dN_bL for each pair (i, k) of `BLOCKS`, all in the same frame at each point."""
     nodes, points = gradients.shape[1:3]
-    right = stored(sum(tangent[:, :, L, None] * gradients[L] for L in range(3)))
+    right = materialised(sum(tangent[:, :, L, None] * gradients[L] for L in range(3)))
     if nodes > _FEW_NODES:
         return jnp.einsum("Jaqe,nJbqe->nabe", gradients, right)
     return sum(gradients[J, :, None, q] * right[:, J, None, :, q] for q in range(points) for J in range(3))

@@ -35,7 +35,7 @@ class ThreadBending:
     thread : segments in their mesh.
     rest : reference positions of the mesh's nodes [mm].
     bending_stiffness : EI [N mm²].
-    goes_on : True if open threads continue in the next period. No joint is built across the cut; the
+    is_periodic : True if open threads continue in the next period. No joint is built across the cut; the
         stiffness of the remaining joints is scaled by segments/joints to keep the total bending energy.
     """
 
@@ -44,14 +44,14 @@ class ThreadBending:
         thread: ThreadSegments,
         rest: Float[np.ndarray, "nodes 3"],
         bending_stiffness: float,
-        goes_on: bool = False,
+        is_periodic: bool = False,
     ) -> None:
         places = thread.points(rest)
         joints, shares = [np.empty((0, 3), int)], [np.empty(0)]
         for line in thread.polylines:
             own = _joints(line, bool(np.linalg.norm(places[line[0]] - places[line[-1]]) < _CLOSED))
             joints.append(own)
-            shares.append(np.full(len(own), (len(line) - 1) / len(own) if goes_on else 1.0))
+            shares.append(np.full(len(own), (len(line) - 1) / len(own) if is_periodic else 1.0))
         points, share = np.concatenate(joints), np.concatenate(shares)
         hosts = thread.host[points].reshape(len(points), 3 * thread.host.shape[1])
         weight = thread.weight[points]

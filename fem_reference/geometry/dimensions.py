@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, fields
 
 import numpy as np
+from jaxtyping import Float
 
 from fem_reference.geometry.paper import paper_number
 from fem_reference.geometry.plausible import refuse_implausible
@@ -145,3 +146,17 @@ def as_vector(name: str, value: object, unit: str) -> np.ndarray:
     if vector.shape != (3,) or not np.all(np.isfinite(vector)):
         raise ValueError(f"{name}: got {value!r}, expected three finite numbers [{unit}]")
     return vector
+
+
+def as_pressure(value: object) -> np.ndarray:
+    """Return the pressures of three chambers as floats, or raise a ValueError, also for a negative one."""
+    pressure = as_vector("pressure", value, "Pa")
+    if pressure.min() < 0.0:
+        raise ValueError(f"pressure: got {value!r} Pa, expected none below 0 Pa")
+    return pressure
+
+
+def as_triple(vector: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
+    """Return a vector as three floats."""
+    first, second, third = (float(value) for value in vector)
+    return first, second, third

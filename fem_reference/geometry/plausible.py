@@ -19,6 +19,7 @@ class Range(NamedTuple):
     if_more: str | None = None
 
 
+_Three = tuple[float, float, float]
 _DIAMETER = Range(1e-4, 0.5, "m", if_more="millimetres")
 _WALL = Range(1e-6, 0.1, "m", if_more="millimetres")
 _LENGTH = Range(1e-4, 2.0, "m", if_more="millimetres")
@@ -69,19 +70,25 @@ def refuse_implausible(name: str, value: float) -> None:
     )
 
 
-def refuse_load_beyond(
-    name: str, vector: tuple[float, float, float], most: float, unit: str, diameter: float, other: str
-) -> None:
-    """Raise a ValueError for a load that no such body carries.
+def refuse_moment_beyond(name: str, moment: _Three, shear_modulus: float, diameter: float) -> None:
+    """Raise a ValueError for a moment [N m] that no body of that modulus [Pa] and diameter [m] carries."""
+    _refuse_beyond(name, moment, MOMENT_SHARE * shear_modulus * diameter**3, "N m", diameter, "N mm")
 
-    Parameters
-    ----------
-    name, vector : the load.
-    most : largest norm that is plausible on a body of that diameter.
-    unit : of the load.
-    diameter : of the body [m].
-    other : unit that a number beyond may be in.
-    """
+
+def refuse_force_beyond(
+    name: str, force: _Three, shear_modulus: float, diameter: float, length: float
+) -> None:
+    """Raise a ValueError for a force [N] whose moment over the body's length [m] no such body carries."""
+    most = MOMENT_SHARE * shear_modulus * diameter**3 / length
+    _refuse_beyond(name, force, most, "N", diameter, "millinewtons")
+
+
+def refuse_curvature_beyond(name: str, curvature: _Three, diameter: float) -> None:
+    """Raise a ValueError for a curvature [1/m] that no body of that diameter [m] takes."""
+    _refuse_beyond(name, curvature, CURVATURE_SHARE / diameter, "1/m", diameter, "degrees per metre")
+
+
+def _refuse_beyond(name: str, vector: _Three, most: float, unit: str, diameter: float, other: str) -> None:
     size = math.hypot(*vector)
     if size > most:
         raise ValueError(
@@ -90,7 +97,7 @@ def refuse_load_beyond(
         )
 
 
-def refuse_pressure_beyond(pressure: tuple[float, float, float], shear_modulus: float) -> None:
+def refuse_pressure_beyond(pressure: _Three, shear_modulus: float) -> None:
     """Raise a ValueError for a gauge pressure [Pa] that no body of that shear modulus [Pa] holds."""
     most = PRESSURE_SHARE * shear_modulus
     if max(pressure) > most:

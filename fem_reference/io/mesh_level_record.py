@@ -28,7 +28,7 @@ def level_record(level: str | MeshLevel) -> str | dict[str, Any]:
     ValueError
         If the name is unknown.
     """
-    wanted = mesh_level(level) if isinstance(level, str) else level
+    wanted = mesh_level(level)
     for name, known in LEVELS.items():
         if known == wanted:
             return name

@@ -19,7 +19,7 @@ from fem_reference.materials.principal_frame import DyadModuli as DyadModuli
 from fem_reference.materials.principal_frame import Principal as Principal
 from fem_reference.materials.principal_frame import dot as dot
 from fem_reference.materials.principal_frame import half_turned as half_turned
+from fem_reference.materials.principal_frame import materialised as materialised
 from fem_reference.materials.principal_frame import pressure_moduli as pressure_moduli
 from fem_reference.materials.principal_frame import principal as principal
-from fem_reference.materials.principal_frame import stored as stored
 from fem_reference.materials.yeoh import Yeoh as Yeoh

@@ -13,7 +13,14 @@ from jaxtyping import Float
 
 from fem_reference.geometry import paper_numbers
 from fem_reference.materials.material import PAPER_MODULI, Material, refuse_negative_without_range
-from fem_reference.materials.principal_frame import PAIRS, DyadModuli, Principal, dyad_moduli, stored, total
+from fem_reference.materials.principal_frame import (
+    PAIRS,
+    DyadModuli,
+    Principal,
+    dyad_moduli,
+    materialised,
+    total,
+)
 
 # Below this, sinh(x)/x is its series up to x⁸/9!: the first omitted term is under 1e-22, while a difference
 # of exponentials would lose over two digits.
@@ -177,7 +184,7 @@ class OgdenTerms(NamedTuple):
         kirchhoff, own = jnp.zeros_like(lam), jnp.zeros_like(lam)
         mutual, ratio = ([jnp.zeros_like(lam[0])] * 3 for _ in range(2))
         for mu, alpha in zip(*self, strict=True):
-            half = stored(jnp.exp(0.5 * alpha * deviatoric))
+            half = materialised(jnp.exp(0.5 * alpha * deviatoric))
             power = half * half
             mean = total(power) / 3.0
             kirchhoff += 2.0 * mu / alpha * (power - mean)

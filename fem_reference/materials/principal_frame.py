@@ -22,7 +22,7 @@ PAIRS = ((0, 1), (1, 2), (2, 0))
 #: Pairs i ≤ k of directions, one for each block of a tangent; block (k, i) is the transpose of (i, k).
 BLOCKS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 # Keeps intermediate results in memory; otherwise XLA recomputes them at every use.
-stored = jax.lax.optimization_barrier
+materialised = jax.lax.optimization_barrier
 
 
 class Principal(NamedTuple):

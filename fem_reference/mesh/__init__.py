@@ -20,6 +20,7 @@ from fem_reference.mesh.embedding import merged as merged
 from fem_reference.mesh.hexahedron import reference_element as reference_element
 from fem_reference.mesh.mirror_plane import MirrorPairs as MirrorPairs
 from fem_reference.mesh.mirror_plane import even_mesh as even_mesh
+from fem_reference.mesh.mirror_plane import images_with_winding as images_with_winding
 from fem_reference.mesh.mirror_plane import mirror_images as mirror_images
 from fem_reference.mesh.mirror_plane import mirror_pairs as mirror_pairs
 from fem_reference.mesh.mirror_plane import symmetrised as symmetrised

@@ -69,8 +69,10 @@ LEVELS = {
 }
 
 
-def mesh_level(name: str) -> MeshLevel:
-    """Return the mesh level of that name, or raise a ValueError that lists them."""
+def mesh_level(name: str | MeshLevel) -> MeshLevel:
+    """Return the mesh level of that name, or raise a ValueError that lists them; a level is its own."""
+    if isinstance(name, MeshLevel):
+        return name
     if name not in LEVELS:
         raise ValueError(f"elements: got {name!r}, expected one of {', '.join(LEVELS)}")
     return LEVELS[name]

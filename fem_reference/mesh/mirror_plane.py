@@ -26,6 +26,24 @@ def mirror_images(points: Float[np.ndarray, "points 3"]) -> Int[np.ndarray, " po
     return image if float(distance.max(initial=0.0)) <= _SAME else None
 
 
+def images_with_winding(
+    points: Float[np.ndarray, "points 3"], thread: Float[np.ndarray, "places 3"]
+) -> Int[np.ndarray, " points"]:
+    """Index of each point's mirror image, in a body whose winding is its own mirror image too.
+
+    Raises
+    ------
+    ValueError
+        If a point of the body, or a place on the thread, has no image.
+    """
+    image = mirror_images(points)
+    if image is None or mirror_images(thread) is None:
+        raise ValueError(
+            "symmetric: got a winding without it, expected its own mirror image in the plane y = 0"
+        )
+    return image
+
+
 @dataclass(frozen=True)
 class MirrorPairs:
     """Blocks (elements, facets) of which one of each mirror pair is kept.

@@ -286,7 +286,7 @@ class PathFollower(Generic[State, Load, Linear, Move, Viscous]):
         self.equilibrium, self.target = found, target
         self.iterations += found.iterations
         ahead = [distance for _, distance in self._earlier]
-        allowed = allowed_step(step, back, ahead, found.longest, self.problem.tolerances.stride)
+        allowed = allowed_step(step, back, ahead, found.longest, self.problem.tolerances.desired_step)
         if found.iterations > own.hard_iterations or allowed < own.shrinkage * step:
             self.step = step * own.shrinkage
         elif found.iterations <= own.easy_iterations or allowed < step:
@@ -323,6 +323,6 @@ class PathFollower(Generic[State, Load, Linear, Move, Viscous]):
     def _trusts(self, step: float, back: list[float]) -> bool:
         """Whether a polynomial through these states amplifies their errors little enough."""
         own = self.options.continuation
-        by_stride = math.isfinite(self.problem.tolerances.stride)
+        by_stride = math.isfinite(self.problem.tolerances.desired_step)
         most = own.amplification_by_stride if by_stride else own.amplification
         return len(back) < 2 or float(np.abs(weights(step, back)).sum()) <= most

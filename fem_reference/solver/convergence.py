@@ -36,8 +36,8 @@ def is_round_off(size: float, force: float, moment: float, options: ConvergenceO
 def is_near(tolerances: Tolerances, size: float, last_size: float, options: ConvergenceOptions) -> bool:
     """Whether a step ends a rough equilibrium, one on the way to another."""
     ahead = size * min(1.0, size / last_size) if last_size > 0.0 else size
-    nearby = tolerances.nearby
-    soon = not tolerances.exact and size <= nearby and ahead <= options.rough_next_step * nearby
+    nearby = tolerances.modified_newton_step
+    soon = not tolerances.exact_stiffness and size <= nearby and ahead <= options.rough_next_step * nearby
     return soon or size <= options.rough_step * nearby
 
 
@@ -55,7 +55,7 @@ def at_noise(
     farthest = float(np.abs(step.positions).max())
     return (
         force <= options.noise_force
-        and farthest <= problem.tolerances.noise
+        and farthest <= problem.tolerances.contact_noise
         and moment <= options.noise_moment
         and problem.is_small(step)
     )

@@ -44,10 +44,10 @@ class InertiaCorrection(Generic[State, Target, Linear, Move, Viscous]):
         self._problem, self._solver, self._options = problem, solver, options
         self._inertia = inertia
         self._left = options.viscous_steps if viscous else 0
-        self._most = options.exact_steps if problem.tolerances.exact else options.steps
+        self._most = options.exact_steps if problem.tolerances.exact_stiffness else options.steps
         self._rate = 0.0
         self._steps = 0
-        shares = options.core_shares[-1:] if problem.tolerances.exact else options.core_shares
+        shares = options.core_shares[-1:] if problem.tolerances.exact_stiffness else options.core_shares
         self._shares = tuple(share for share in shares if share >= least)
         self._raised = False
         #: Whether the last matrix had the branch's inertia without viscosity.
@@ -95,7 +95,7 @@ class InertiaCorrection(Generic[State, Target, Linear, Move, Viscous]):
                 self._leave_out(index)
                 return
             counts[index] = excess
-        if first and not problem.tolerances.exact and excess <= self._options.first_negative:
+        if first and not problem.tolerances.exact_stiffness and excess <= self._options.first_negative:
             # The smallest share that does as well as all of it.
             best = next(index for index, count in counts.items() if count == excess)
             if best < index:
@@ -116,7 +116,7 @@ class InertiaCorrection(Generic[State, Target, Linear, Move, Viscous]):
     def _rates(self, excess: int) -> tuple[float, ...]:
         """Rates of viscosity to try for a number of negative pivots too many."""
         options = self._options
-        if self._problem.tolerances.exact or excess == 1:
+        if self._problem.tolerances.exact_stiffness or excess == 1:
             return options.rates
         return options.rates_of_two if excess == 2 else options.rates_of_more
 

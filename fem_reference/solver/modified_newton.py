@@ -34,7 +34,7 @@ def modified_newton_steps(
     the last state, its linearisation, its residual force, and whether it is an equilibrium.
     """
     own, sizes, force = options.modified_newton, [size], np.inf
-    end = own.exact_end if problem.tolerances.exact else own.end
+    end = own.exact_end if problem.tolerances.exact_stiffness else own.end
     for iteration in range(own.steps):
         linear = problem.update_forces(linear, at, target)
         force, moment = imbalance(problem, linear, target, iteration)
@@ -74,20 +74,20 @@ def anderson_steps(
     own, convergence = options.anderson, options.convergence
     mixing, smallest, since, restarts = AndersonMixing(problem, own), np.inf, 0, 0
     best, begun = (at, linear, 0.0), at
-    end = own.exact_end if problem.tolerances.exact else options.modified_newton.end
+    end = own.exact_end if problem.tolerances.exact_stiffness else options.modified_newton.end
     for iteration in range(own.steps):
         linear = problem.update_forces(linear, at, target)
         force, moment = imbalance(problem, linear, target, iteration)
         step = problem.newton_step(solver, linear, target)
         size = problem.size(step, linear)
         _LOG.debug("  accelerated: force %.2e N, moment %.2e N mm, step %.2e mm", force, moment, size)
-        if min(size, smallest) > problem.tolerances.reach:
+        if min(size, smallest) > problem.tolerances.max_step:
             # The factors say nothing of so far a state, and the search for walls in the way fills the memory.
             break
         since = 0 if size < own.progress * smallest else since + 1
         if size < smallest:
             smallest, best = size, (at, linear, force)
-        near = size <= convergence.rough_step * problem.tolerances.nearby
+        near = size <= convergence.rough_step * problem.tolerances.modified_newton_step
         if rough and near and force <= convergence.rough_force:
             moved, _ = admissible_part(problem, at, step, linear, 1.0, options.line_search.cuts)
             return moved, linear, force, mixing.smallest

@@ -123,23 +123,25 @@ def _iterate(
         linear = problem.linearise(at, target, viscous, before)
         force, moment = imbalance(problem, linear, target, iteration)
         least, since = (force, 0) if convex or iteration <= 1 or force < least else (least, since + 1)
-        if since == own.stagnant_iterations and tolerances.exact and viscous is None:
+        if since == own.stagnant_iterations and tolerances.exact_stiffness and viscous is None:
             raise NewtonError(f"{since} iterations leave more force than the {least:.1e} N before them")
         try:
             # Far from equilibrium, a stiffness that has another inertia mostly has it one step on too.
-            if not (convex and (on_the_way or convex_to_the_end or size > tolerances.nearby)):
+            if not (convex and (on_the_way or convex_to_the_end or size > tolerances.modified_newton_step)):
                 negative = solver.factorise(problem.pattern.matrix(linear.data), problem.pattern.revision)
                 excess = problem.excess(solver, linear, negative)
                 if is_balanced(force, moment, convergence):
                     return _settled(problem, solver, at, linear, iteration, force, excess)
                 convex = excess is not None and excess > inertia and force > own.inertia_force
-                convex_to_the_end = convex and not tolerances.exact and size <= tolerances.nearby
+                convex_to_the_end = (
+                    convex and not tolerances.exact_stiffness and size <= tolerances.modified_newton_step
+                )
             if convex:
                 correction.factorise(at, linear, iteration == 0 and viscous is None)
             step = problem.newton_step(solver, linear, target)
             last_size, size = size, problem.size(step, linear)
             sizes.append(size)
-            if not convex and last is not None and last.overshot(size, tolerances.reach, line_search):
+            if not convex and last is not None and last.overshot(size, tolerances.max_step, line_search):
                 _LOG.debug("the step would grow to %.2e mm: the last one is halved", size)
                 last, before = last.halved(), last.linear
                 at, _ = admissible_part(
@@ -155,24 +157,24 @@ def _iterate(
         if is_round_off(size, force, moment, convergence):
             return _settled(problem, solver, at, linear, iteration, force, excess)
         patient = accelerated or iteration >= convergence.noise_after
-        held = convex and correction.bare and not tolerances.exact
+        held = convex and correction.bare and not tolerances.exact_stiffness
         noise = linear.walls_touch and at_noise(problem, step, force, moment, convergence)
         if patient and (noise or (held and is_over(size, force, moment, convergence))):
             if held:
                 return Equilibrium(at, linear, iteration, force, inertia, convex=correction.next_share)
             return _settled(problem, solver, at, linear, iteration, force, excess)
         history.append(force)
-        too_long += convex and size > tolerances.reach
+        too_long += convex and size > tolerances.max_step
         if too_long == own.long_steps:
             raise NewtonError(
-                f"{too_long} steps of more than {tolerances.reach} mm with a corrected stiffness"
+                f"{too_long} steps of more than {tolerances.max_step} mm with a corrected stiffness"
             )
-        fraction = min(problem.longest(step), tolerances.reach / max(size, tolerances.reach))
+        fraction = min(problem.longest(step), tolerances.max_step / max(size, tolerances.max_step))
         if viscous is not None and iteration == 0 and fraction < 1.0:
             raise NewtonError(f"the step in time would be one of {size:.1e} mm")
         # The first step sets the threads' tension by the residual of their stretch; the next may be longer.
         last = None if convex or iteration == 0 else _TakenStep(at, step, linear, size, fraction)
-        if convex and not tolerances.exact and viscous is None and fraction == 1.0:
+        if convex and not tolerances.exact_stiffness and viscous is None and fraction == 1.0:
             fraction = lengthening.factor(step.positions)
         else:
             lengthening.forget()
@@ -193,7 +195,7 @@ def _iterate(
         settled = (
             not convex
             or force <= convergence.rough_force
-            or last_size <= convergence.rough_step * tolerances.nearby
+            or last_size <= convergence.rough_step * tolerances.modified_newton_step
         )
         if on_the_way and settled and is_near(problem.tolerances, size, last_size, convergence):
             # Without the inertia from the solver, contact is never made convex.
@@ -201,14 +203,16 @@ def _iterate(
             return Equilibrium(
                 at, None, iteration + 1, force, left, convex=correction.next_share if convex else None
             )
-        if on_the_way and convex and size <= tolerances.nearby and problem.keeps(linear, at):
+        if on_the_way and convex and size <= tolerances.modified_newton_step and problem.keeps(linear, at):
             at, linear, force, softest = anderson_steps(problem, solver, target, at, linear, True, options)
             if softest is not None:
                 return Equilibrium(at, None, iteration + 1, force, inertia, convex=correction.next_share)
             continue
-        if viscous is not None or (convex and not (tolerances.exact or convex_to_the_end)):
+        if viscous is not None or (convex and not (tolerances.exact_stiffness or convex_to_the_end)):
             continue
-        if size <= tolerances.nearby * (own.anderson_step if convex else 1.0) and problem.keeps(linear, at):
+        if size <= tolerances.modified_newton_step * (own.anderson_step if convex else 1.0) and problem.keeps(
+            linear, at
+        ):
             if convex:
                 at, linear, force, softest = anderson_steps(
                     problem, solver, target, at, linear, False, options
@@ -222,7 +226,7 @@ def _iterate(
                 problem, solver, target, at, linear, size, options
             )
             # Negative pivots are those of the stiffness here, not of one nearby.
-            if balanced and not tolerances.exact and not excess:
+            if balanced and not tolerances.exact_stiffness and not excess:
                 return _settled(problem, solver, at, linear, iteration + 1, force, excess)
     raise NewtonError(
         f"no convergence in {len(history)} iterations; the last residual forces are "

@@ -32,9 +32,11 @@ class ConvergenceOptions:
     convex_step: float = 1e-8
     #: Residual force that ends the method with a convexified matrix [N].
     convex_force: float = 1e-7
-    #: Step that ends a rough equilibrium on the way to another, as a share of `Problem.nearby`.
+    #: Step that ends a rough equilibrium on the way to another, as a share of
+    #: `Tolerances.modified_newton_step`.
     rough_step: float = 0.2
-    #: Expected next step that ends one, as a share of `Problem.nearby`; not where the problem is exact.
+    #: Expected next step that ends one, as a share of the same; not where the problem needs the exact
+    #: stiffness.
     rough_next_step: float = 0.04
     #: Residual force that ends a rough equilibrium with a convexified matrix or a step in time [N].
     rough_force: float = 5e-2
@@ -46,7 +48,7 @@ class LineSearchOptions:
 
     #: Factor by which a step may exceed the one before it, or that one is halved (monotonicity test).
     growth: float = 2.0
-    #: Share of `Problem.reach` below which steps may grow: short ones do not lead astray.
+    #: Share of `Tolerances.max_step` below which steps may grow: short ones do not lead astray.
     growth_floor: float = 0.1
     #: Times that one step is halved.
     halvings: int = 2
@@ -66,10 +68,10 @@ class NewtonOptions:
     inertia_force: float = 1e-4
     #: Iterations in a row that leave more force than the best, where exact: a shorter load step costs less.
     stagnant_iterations: int = 6
-    #: Steps beyond `Problem.reach` with a corrected matrix that end the method: it has left the branch.
+    #: Steps beyond `Tolerances.max_step` with a corrected matrix that end the method: it has left the branch.
     long_steps: int = 3
     #: Step below which Anderson acceleration takes over from new convexified matrices, as a share of
-    #: `Problem.nearby`.
+    #: `Tolerances.modified_newton_step`.
     anderson_step: float = 0.4
 
 

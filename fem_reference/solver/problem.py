@@ -15,19 +15,21 @@ class Tolerances:
 
     Parameters
     ----------
-    reach : largest root-mean-square displacement in one step [mm].
-    nearby : size of a step below which modified Newton steps follow, with the stiffness at hand [mm].
-    noise : displacement of a node that jumps of the contact force may leave undetermined [mm].
-    exact : whether an equilibrium needs the stiffness and factors at its own state, not those nearby.
-    stride : size of the longest Newton step that a step of the load should lead to [mm]. If it is infinite,
-        the number of iterations alone sets the step of the load.
+    max_step : largest root-mean-square displacement in one step [mm].
+    modified_newton_step : size of a step below which modified Newton steps follow, with the stiffness at
+        hand [mm].
+    contact_noise : displacement of a node that jumps of the contact force may leave undetermined [mm].
+    exact_stiffness : whether an equilibrium needs the stiffness and factors at its own state, not those
+        nearby.
+    desired_step : size of the longest Newton step that a step of the load should lead to [mm]. If it is
+        infinite, the number of iterations alone sets the step of the load.
     """
 
-    reach: float
-    nearby: float
-    noise: float
-    exact: bool
-    stride: float
+    max_step: float
+    modified_newton_step: float
+    contact_noise: float
+    exact_stiffness: bool
+    desired_step: float
 
 
 class Contact(Generic[State, Linear]):

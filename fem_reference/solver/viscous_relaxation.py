@@ -68,6 +68,6 @@ def relax(
         _LOG.debug("relaxation %d: rate %.3g, %d iterations", step, rate, found.iterations)
         reached, longest = found.longest * rate, own.recovery * longest
         easy = found.iterations <= own.easy_iterations
-        if easy and own.faster * found.longest <= max(longest, problem.tolerances.noise):
+        if easy and own.faster * found.longest <= max(longest, problem.tolerances.contact_noise):
             rate /= own.faster
     raise NewtonError(f"the body does not come to rest in {step + 1} steps; the last failure: {reason}")

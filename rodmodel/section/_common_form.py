@@ -9,8 +9,8 @@ import numpy as np
 from rodmodel.io import MIRROR, SWAPPED, turn_matrix
 from rodmodel.section._law import SectionLaw
 from rodmodel.section._ridge_network import RidgeNetwork
-from rodmodel.section._turned import MirroredLaw, TurnedLaw
-from rodmodel.section._unfolded import transformed, unfolded
+from rodmodel.section._symmetry import MirroredLaw, TurnedLaw
+from rodmodel.section._unfold import transformed, unfolded
 
 
 def in_common_form(laws: Sequence[SectionLaw]) -> list[RidgeNetwork]:

@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 from rodmodel.actuator import Number
 from rodmodel.io import IMAGES, images_of
 from rodmodel.section._law import SectionLaw
-from rodmodel.section._ridges import RidgeLaw, ridge, ridge_slope
+from rodmodel.section._ridge_law import RidgeLaw, ridge, ridge_slope
 
 #: U and order of the images (U u, p[order]) of a state at which the potential is the same, by symmetry.
 SYMMETRIES = {symmetry: images_of(symmetry) for symmetry in IMAGES}

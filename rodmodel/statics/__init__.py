@@ -3,12 +3,13 @@
 from rodmodel.actuator import Actuator, Domain
 from rodmodel.error_bound import ErrorBound
 from rodmodel.statics._as_pytree import register
+from rodmodel.statics._ends import BENDING_AXES as BENDING_AXES
 from rodmodel.statics._ends import base_turn as base_turn
 from rodmodel.statics._ends import cap_centre as cap_centre
 from rodmodel.statics._ends import tip_offset as tip_offset
 from rodmodel.statics._loads import Loads as Loads
 from rodmodel.statics._loads import into_base as into_base
-from rodmodel.statics._shooting import Reached as Reached
+from rodmodel.statics._shooting import ShootingState as ShootingState
 from rodmodel.statics._solution import RESULTS as RESULTS
 from rodmodel.statics._solution import Numbers as Numbers
 from rodmodel.statics._solution import Solution as Solution

@@ -22,7 +22,8 @@ from rodmodel.actuator import Actuator
 from rodmodel.section import CurvatureLaw, solve_3x3
 
 _AZIMUTHS = 2.0 * np.pi / 3.0 * np.arange(3)
-_BENDING_AXES = np.stack([np.sin(_AZIMUTHS), -np.cos(_AZIMUTHS), np.zeros(3)], axis=1)
+#: Axis about which pressure in each chamber bends a section.
+BENDING_AXES = np.stack([np.sin(_AZIMUTHS), -np.cos(_AZIMUTHS), np.zeros(3)], axis=1)
 _ACROSS = np.array([1.0, 1.0, 0.0])
 
 
@@ -36,7 +37,7 @@ def base_turn(actuator: Actuator, pressure: Float[Array, "3"], law: CurvatureLaw
     law : section law at these pressures.
     """
     across = jnp.asarray(_ACROSS, pressure.dtype)
-    moment = pressure @ jnp.asarray(_BENDING_AXES, pressure.dtype)
+    moment = pressure @ jnp.asarray(BENDING_AXES, pressure.dtype)
     turn = actuator.base_turn * moment - actuator.base_lag * across * law.free_curvature
     softened = across * solve_3x3(law.stiffness(law.free_curvature), actuator.base_stiffness * turn)
     return jnp.where(actuator.base_stiffness == 0.0, turn, softened)

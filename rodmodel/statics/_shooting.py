@@ -31,7 +31,7 @@ Integrate = Callable[[Equilibrium, Array], tuple[State, Array]]
 """From the equations and their unknowns to sections from base to end, and whether these are resolved."""
 
 
-class Reached(NamedTuple):
+class ShootingState(NamedTuple):
     """Equilibrium at which a solve ends."""
 
     unknown: Float[Array, " n"]
@@ -48,7 +48,7 @@ class Reached(NamedTuple):
 
 
 class _Progress(NamedTuple):
-    reached: Reached
+    reached: ShootingState
     slope: Float[Array, " n"]
     """Slope of the unknowns by the load fraction, over the last load step."""
     step: Float[Array, ""]
@@ -67,7 +67,7 @@ def shoot(
     integrate: Integrate,
     steps: int,
     tolerance: float,
-) -> Reached:
+) -> ShootingState:
     """Solve for the equilibrium that the rod reaches from its free shape as the loads grow in proportion.
 
     The first load step is the full load. A load step that fails is halved; one that succeeds doubles the
@@ -118,7 +118,7 @@ def shoot(
         failed = jnp.where(unresolved, UNRESOLVED, jnp.where(small & near, UNSTABLE, DIVERGED))
         outcome = jnp.where(contracts, reached.outcome, jnp.where(accepted, ARRIVED, failed))
 
-        new = Reached(at.guess, nodes, target, reached.load_steps + 1, reached.shots, stable, outcome)
+        new = ShootingState(at.guess, nodes, target, reached.load_steps + 1, reached.shots, stable, outcome)
         merged = jax.tree.map(lambda a, b: jnp.where(accepted, a, b), new, reached)
         merged = merged._replace(shots=reached.shots + 1, outcome=outcome)
         slope = jnp.where(accepted, (at.guess - reached.unknown) / at.step, at.slope)
@@ -139,14 +139,14 @@ def shoot(
     nodes = _free_shape(free, steps)
     slope = first_slope(equilibrium, nodes)
     begin = _Progress(
-        Reached(unknown, nodes, 0.0 * one, zero, zero, jnp.array(True), zero + DIVERGED),
+        ShootingState(unknown, nodes, 0.0 * one, zero, zero, jnp.array(True), zero + DIVERGED),
         slope=slope,
         step=one,
         guess=unknown + slope if start is None else start,
         size=jnp.inf * one,
         warm=jnp.array(start is not None),
     )
-    reached: Reached = jax.lax.while_loop(unfinished, advance, begin).reached
+    reached: ShootingState = jax.lax.while_loop(unfinished, advance, begin).reached
     short = reached.load_fraction < 1.0
     outcome = jnp.where(short & (reached.outcome == ARRIVED), DIVERGED, reached.outcome)
     return reached._replace(outcome=jnp.where(short & (reached.shots >= _MAX_SHOTS), TOO_MANY_SHOTS, outcome))

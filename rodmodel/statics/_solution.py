@@ -10,7 +10,7 @@ from jaxtyping import Array, ArrayLike, Bool, Float, Int
 
 from rodmodel.actuator import Number
 from rodmodel.kinematics import Shape
-from rodmodel.statics._shooting import DIVERGED, TOO_MANY_SHOTS, UNRESOLVED, UNSTABLE, Reached
+from rodmodel.statics._shooting import DIVERGED, TOO_MANY_SHOTS, UNRESOLVED, UNSTABLE, ShootingState
 
 
 class RESULTS(eqx.Enumeration):
@@ -24,7 +24,7 @@ class RESULTS(eqx.Enumeration):
     too_many_shots = "the limit on integrations from base to end was met before the full load was reached"
 
 
-def result_of(reached: Reached) -> RESULTS:
+def result_of(reached: ShootingState) -> RESULTS:
     """Return the result of a solve with valid input."""
     # Any, as type checkers take the members for strings.
     names: Any = RESULTS

@@ -14,7 +14,7 @@ from rodmodel.section import CurvatureLaw
 from rodmodel.statics._equilibrium import Equilibrium, State
 from rodmodel.statics._loads import Loads, resultants
 from rodmodel.statics._sensitivity import equilibrium_change
-from rodmodel.statics._shooting import ARRIVED, Reached, shoot
+from rodmodel.statics._shooting import ARRIVED, ShootingState, shoot
 from rodmodel.statics._stability import is_positive
 from rodmodel.statics._steps import march
 
@@ -78,7 +78,7 @@ def solve_shape(
     offset: Float[Array, "3"],
     start: Float[Array, " n"] | None,
     solver: Solver,
-) -> tuple[Shape, Reached, Float[Array, "3"] | None]:
+) -> tuple[Shape, ShootingState, Float[Array, "3"] | None]:
     """Solve for the shape of the body: without loads an arc of the free curvature, in closed form.
 
     Parameters
@@ -101,7 +101,7 @@ def solve_shape(
         zero, one = jnp.zeros((), int), jnp.ones((), free.dtype)
         empty = State(jnp.zeros((0, 3)), jnp.zeros((0, 3, 3)), jnp.zeros((0, 3)))
         stable = is_positive(law.stiffness(free))
-        arrived = Reached(length * free, empty, one, zero, zero, stable, zero + ARRIVED)
+        arrived = ShootingState(length * free, empty, one, zero, zero, stable, zero + ARRIVED)
         return Arc(base_curvature=free, length=length), arrived, None
     equilibrium = Equilibrium(law, resultants(loads, actuator, free.dtype), actuator, offset)
     reached = solve_equilibrium(equilibrium, start, solver)
@@ -127,7 +127,9 @@ def solve_shape(
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(2,))
-def solve_equilibrium(equilibrium: Equilibrium, start: Float[Array, " n"] | None, solver: Solver) -> Reached:
+def solve_equilibrium(
+    equilibrium: Equilibrium, start: Float[Array, " n"] | None, solver: Solver
+) -> ShootingState:
     """Solve with one of the solvers; see `shoot`.
 
     Derivatives are those of the equilibrium at the load fraction reached, not of the iterations.
@@ -147,7 +149,7 @@ def _jvp(
     solver: Solver,
     primals: tuple[Equilibrium, Float[Array, " n"] | None],
     tangents: tuple[Equilibrium, Float[Array, " n"] | None],
-) -> tuple[Reached, Reached]:
+) -> tuple[ShootingState, ShootingState]:
     reached = solve_equilibrium(*primals, solver)
     fraction = reached.load_fraction
     nodes_dot, unknown_dot = equilibrium_change(

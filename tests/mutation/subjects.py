@@ -22,7 +22,7 @@ SUBJECTS = {
     "equilibrium": Subject("rodmodel/statics/_equilibrium.py", (f"{_STATICS}/test_equilibrium.py",)),
     # The law at one pressure knows nothing of symmetry.
     "ridge-law": Subject(
-        "rodmodel/section/_ridges.py",
+        "rodmodel/section/_ridge_law.py",
         (
             f"{_NETWORK}the_potential_is_its_formula[none]",
             f"{_NETWORK}moment_volume_and_stiffness_are_slopes[none]",
@@ -44,4 +44,5 @@ SUBJECTS = {
     ),
     # Quadratic elements take most of the time, to compile, and the cell's equations are the same for them.
     "cell": Subject("fem_reference/cell/equations.py", (_CELL,), without="quadratic"),
+    "cell-unknowns": Subject("fem_reference/cell/unknowns.py", (_CELL,), without="quadratic"),
 }

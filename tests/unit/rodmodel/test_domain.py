@@ -59,6 +59,17 @@ def test_reach_scales_pressures_to_the_edge() -> None:
     assert domain.reach((0.0, 0.0, 0.0)) == np.inf
 
 
+def test_rows_of_pressures_use_the_limits_as_each_does_alone() -> None:
+    domain = Domain((70e3, 65e3, 60e3), 105e3, 1e-3, beside_share=4.0 / 7.0, beside_max=79e3)
+    rows = 100e3 * np.random.default_rng(1).random((20, 3))
+    each = [1.0 / domain.reach(row) for row in rows]
+    np.testing.assert_allclose(domain.utilisation(rows.T), each, rtol=1e-14)
+    # What a chamber may have alone leaves the shared limits as they are.
+    alone = dataclasses.replace(domain, single_max=(80e3, 0.0, 0.0), single_beside=2e3)
+    assert alone.utilisation((80e3, 0.0, 0.0)) == pytest.approx(80.0 / 70.0)
+    assert alone.reach((80e3, 0.0, 0.0)) == 1.0
+
+
 def test_a_least_pressure_bounds_from_below_and_is_told() -> None:
     domain = Domain((15e3, 70e3, 15e3), 100e3, 1e-3, pressure_min=(0.0, 53e3, 0.0))
     assert domain.covers_pressure((0.0, 53e3, 0.0))

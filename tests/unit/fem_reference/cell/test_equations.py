@@ -104,9 +104,9 @@ def case(request) -> Case:
 def test_the_configurations_are_what_the_cases_say(case):
     x = case.equations.all_positions(case.at)
     series = case.equations.series(case.at)
-    assert case.equations.rod.admissible(x, series)
+    assert case.equations.core_contact.admissible(x, series)
     # The rod's barrier is at work too.
-    assert case.equations.rod.gap(x, series).min() < 0.002
+    assert case.equations.core_contact.gap(x, series).min() < 0.002
     assert case.linear.walls_touch is (case.position_step < 1e-6)
     assert not case.equations.walls.intersects(x)
     assert np.abs(case.equations.thread.tension(x)).max() > 0.1

@@ -21,6 +21,14 @@ def test_a_scaled_design_is_similar(length, modulus):
     assert found.force == pytest.approx(modulus * length**2, rel=1e-14)
 
 
+def test_the_density_is_no_deviation_and_part_of_the_scale():
+    found = similarity(replace(scaled(Design(), 3.0, 0.25), density=2140.0), Design())
+    assert found.within(1e-12)
+    assert found.scale.density == 2.0
+    # A weight is a density times a volume.
+    assert found.scale.factor((3, 0, 1)) == pytest.approx(54.0)
+
+
 def test_half_is_the_papers_at_half_its_size():
     paper, half = (read_design(ROOT / "designs" / f"{name}.toml") for name in ("paper", "half"))
     found = similarity(half, paper)

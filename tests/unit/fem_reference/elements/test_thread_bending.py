@@ -24,12 +24,12 @@ EI = 1.5  # N mm²
 
 
 def bending(
-    winding: Winding, coupling: str = "circumference", around: int = TINY.around, goes_on: bool = False
+    winding: Winding, coupling: str = "circumference", around: int = TINY.around, is_periodic: bool = False
 ) -> ThreadBending:
     mesh = tiny_equations(1).mesh
     thread = Thread(coupling=coupling)
     segments = ThreadSegments(mesh, winding, thread, RADIUS * 1e-3, PITCH * 1e-3, around)
-    return ThreadBending(segments, mesh.points, EI, goes_on)
+    return ThreadBending(segments, mesh.points, EI, is_periodic)
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +106,7 @@ def test_joints_of_open_and_closed_threads():
 
 
 def test_threads_that_go_on_are_stiffer_by_the_joint_at_their_end(x):
-    alone, on = (bending(DoubleHelix(), goes_on=goes_on).energy(x) for goes_on in (False, True))
+    alone, on = (bending(DoubleHelix(), is_periodic=is_periodic).energy(x) for is_periodic in (False, True))
     assert on == pytest.approx(alone * TINY.around / (TINY.around - 1), rel=1e-12)
 
 

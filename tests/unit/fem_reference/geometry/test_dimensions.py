@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fem_reference import ActuatorGeometry, Load, PeriodCell
-from fem_reference.mesh import LEVELS, mesh_level
+from fem_reference.mesh import LEVELS, MeshLevel, mesh_level
 
 NAMES = (
     "body_diameter",
@@ -123,6 +123,11 @@ def test_an_unknown_mesh_level_is_refused_with_the_known_ones():
         mesh_level("absent")
     with pytest.raises(ValueError, match=r"^elements: got 'absent'"):
         PeriodCell(level="absent")
+
+
+def test_a_level_of_counts_is_its_own():
+    own = MeshLevel(2, 4, 2, 2, 1, 1, 1, 0.75)
+    assert mesh_level(own) is own
 
 
 def test_levels_refine_one_another():

@@ -151,7 +151,7 @@ def test_steps_of_the_load_leave_newtons_method_a_short_way(monkeypatch):
     longest: dict[float, list[float]] = {}
     for stride in (np.inf, 0.01):
         spring = Diagonal(np.sinh, np.cosh, 1, reach=20.0)
-        tolerate(spring, stride=stride)
+        tolerate(spring, desired_step=stride)
         sizes = longest[stride] = []
 
         def solve(*arguments, sizes=sizes, **named):

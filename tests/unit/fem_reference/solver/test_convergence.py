@@ -13,7 +13,7 @@ from tests.diagonal_problem import Diagonal, Move, Push, double_well, tolerate
 
 def _noisy() -> Diagonal:
     problem = double_well()
-    tolerate(problem, noise=5e-3)
+    tolerate(problem, contact_noise=5e-3)
     return problem
 
 

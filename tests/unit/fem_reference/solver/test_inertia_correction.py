@@ -95,7 +95,7 @@ class Sliding(Contact):
 class Rounded(Diagonal):
     """Springs with `Sliding` contact."""
 
-    tolerances = replace(Diagonal.tolerances, exact=False)
+    tolerances = replace(Diagonal.tolerances, exact_stiffness=False)
     contact = Sliding()
 
 
@@ -122,7 +122,7 @@ def test_as_much_of_the_roundness_is_left_out_as_it_takes(stiffness, least, expe
 def tried(stiffness: float, unknowns: int, exact: bool, viscous: bool) -> list[float]:
     """The least numbers of all matrices that are tried for equal springs."""
     problem = Rounded(lambda x: stiffness * x, lambda x: np.full_like(x, stiffness), unknowns, reach=1.0)
-    tolerate(problem, exact=exact)
+    tolerate(problem, exact_stiffness=exact)
     solver, at = Counted(), np.zeros(unknowns)
     damping = InertiaCorrection(problem, solver, 0, viscous)
     damping.factorise(at, problem.linearise(at, Push(at)), first=False)
@@ -147,7 +147,7 @@ def test_the_more_negative_pivots_are_left_the_faster_viscosity_grows(unknowns, 
 
 def test_where_the_stiffness_must_be_its_own_all_of_the_roundness_is_left_out():
     problem = Rounded(lambda x: -0.9 * x, lambda x: np.full_like(x, -0.9), 1, reach=1.0)
-    tolerate(problem, exact=True)
+    tolerate(problem, exact_stiffness=True)
     damping = InertiaCorrection(problem, PardisoSolver(), 0, viscous=False)
     at = np.zeros(1)
     damping.factorise(at, problem.linearise(at, Push(at)), first=False)
@@ -173,7 +173,7 @@ def test_it_is_given_up_after_many_steps(exact):
     most = options.exact_steps if exact else options.steps
     assert exact or most > 20
     problem = Rounded(lambda x: -0.9 * x, lambda x: np.full_like(x, -0.9), 1, reach=1.0)
-    tolerate(problem, exact=exact)
+    tolerate(problem, exact_stiffness=exact)
     damping = InertiaCorrection(problem, PardisoSolver(), 0, viscous=False)
     at = np.zeros(1)
     linear = problem.linearise(at, Push(at))

@@ -60,7 +60,7 @@ class RoundCore(Contact):
 class Rounded(Diagonal):
     """A double well whose contact, taken as convex, makes its matrix definite everywhere."""
 
-    tolerances = replace(Diagonal.tolerances, nearby=0.1)
+    tolerances = replace(Diagonal.tolerances, modified_newton_step=0.1)
     contact = RoundCore()
 
     def __init__(self, depths=(1.0, 1.0)):
@@ -78,7 +78,7 @@ def test_steps_with_convex_contact_lead_to_a_minimum_and_are_given_up_at_a_saddl
 def test_steps_with_convex_contact_that_grow_are_given_up():
     """Where mixed steps are not taken, as nothing is near enough."""
     problem = Rounded()
-    tolerate(problem, nearby=0.0)
+    tolerate(problem, modified_newton_step=0.0)
     with pytest.raises(UnstableError):
         solve(problem, 0.0, 1e-3)
     assert problem.stiffnesses <= MOST
@@ -87,7 +87,7 @@ def test_steps_with_convex_contact_that_grow_are_given_up():
 class Rough(Rounded):
     """The same with contact's noise in the force, which no stiffness knows of."""
 
-    tolerances = replace(Rounded.tolerances, noise=1e-3)
+    tolerances = replace(Rounded.tolerances, contact_noise=1e-3)
 
     def update_forces(self, linear, at, target, viscous=None):
         linear = super().update_forces(linear, at, target, viscous)
@@ -114,7 +114,9 @@ class Opening(Diagonal):
     The second has a wall in its way that it leaves by 0.01 mm, and which is the stiffer the farther inside.
     """
 
-    tolerances = replace(Diagonal.tolerances, noise=1e-3, nearby=0.1, exact=False)
+    tolerances = replace(
+        Diagonal.tolerances, contact_noise=1e-3, modified_newton_step=0.1, exact_stiffness=False
+    )
     contact = SlidingOff()
     spring, left, wall = 0.05, 0.01, 50.0
 
@@ -140,7 +142,7 @@ def test_mixed_steps_that_end_in_noise_are_not_the_end(start):
     found = solve_equilibrium(Opening(), PardisoSolver(), target, at)
     # The noise of 1e-5 N over 0.05 N/mm, and what of a step is noise.
     np.testing.assert_allclose(
-        found.configuration, [1.0, Opening.left], rtol=0, atol=2e-4 + Opening.tolerances.noise
+        found.configuration, [1.0, Opening.left], rtol=0, atol=2e-4 + Opening.tolerances.contact_noise
     )
     assert found.excess_negative == 0
 
@@ -226,7 +228,7 @@ def test_what_does_not_converge_says_how_far_it_was():
 def test_iterations_that_lead_nowhere_are_given_up_where_they_must_end_exactly(exact):
     """Newton's step from x on |x|^(1/5) is −5x, and half of it still leads farther away than x is."""
     root = Diagonal(lambda x: np.sign(x) * np.abs(x) ** 0.2, lambda x: 0.2 * np.abs(x) ** -0.8, 1, reach=1e9)
-    tolerate(root, exact=exact)
+    tolerate(root, exact_stiffness=exact)
     with pytest.raises(NewtonError):
         solve(root, 0.0, 0.01)
     assert (root.stiffnesses < MOST) == exact
@@ -241,7 +243,7 @@ def test_a_force_that_is_not_finite_is_told():
 def hardening(nearby: float, exact: bool) -> Diagonal:
     """A spring of the force sinh x: two newtons are at arsinh 2."""
     problem = Diagonal(np.sinh, np.cosh, 2, reach=20.0)
-    tolerate(problem, nearby=nearby, exact=exact)
+    tolerate(problem, modified_newton_step=nearby, exact_stiffness=exact)
     return problem
 
 
@@ -279,7 +281,7 @@ def test_the_first_step_with_a_kept_stiffness_may_be_as_long_as_the_one_before(s
 def test_a_saddle_comes_with_its_own_stiffness_though_others_may_keep_theirs():
     """Its negative pivots are judged by the stiffness where it is."""
     well = double_well()
-    tolerate(well, nearby=0.3, exact=False)
+    tolerate(well, modified_newton_step=0.3, exact_stiffness=False)
     found = solve(well, 0.1, 0.15, inertia=1)
     assert found.excess_negative == 1
     np.testing.assert_array_equal(found.linear.data, 3.0 * found.configuration**2 - 1.0)

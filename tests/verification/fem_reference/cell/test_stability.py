@@ -5,7 +5,7 @@ import pytest
 import scipy.sparse as sparse
 
 from fem_reference import DoubleHelix, Load, PeriodCell, Ring, follow
-from fem_reference.cell.equations import GAUGES
+from fem_reference.cell.unknowns import GAUGES
 from fem_reference.solver import SolverOptions
 from fem_reference.solver.options import ContinuationOptions
 from tests.fem_fixtures import TINY

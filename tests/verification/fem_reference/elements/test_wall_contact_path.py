@@ -31,7 +31,7 @@ def test_no_node_of_the_cavity_enters_the_rod(cell, path):
     equations = cell.equations
     for state in path:
         x = equations.all_positions(state.configuration)
-        gap = equations.rod.gap(x, screw_series(state.configuration.curvature, equations.reach))
+        gap = equations.core_contact.gap(x, screw_series(state.configuration.curvature, equations.reach))
         assert gap.min() > -0.018
         # It lies on the rod on one side and leaves it on the other.
         assert gap.max() > 0.0

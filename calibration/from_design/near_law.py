@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from calibration.similar import Scale, scaled
+from calibration.similar import scaled
 from fem_reference import (
     ActuatorGeometry,
     Core,
@@ -63,8 +63,7 @@ def near_laws(design: Design, known: Sequence[Calibration] | None = None) -> tup
             continue
         source = design_of(calibration)
         its = similarity(design, source)
-        scale = Scale(its.length, its.modulus, design.density / source.density)
-        made = scaled(calibration, scale, calibration.provenance)
+        made = scaled(calibration, its.scale, calibration.provenance)
         found.append(NearLaw(made, title(calibration.layout), _deviations(design, source, its)))
     return tuple(sorted(found, key=lambda near: near.distance))
 

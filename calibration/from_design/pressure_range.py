@@ -6,7 +6,6 @@ domain leaves less pressure to chambers beside each other. A design that names i
 same paths then tell what happens on the way.
 """
 
-import itertools
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -173,7 +172,7 @@ def path_end(
 
     def ended(bent: float, reason: str, detail: str, pressure: float) -> PathEnd:
         pressures = [_pressure(state, chambers) for state in states]
-        angles = [_angle(state, length) for state in states]
+        angles = [state.bending(length)[0] for state in states]
         pace = float(np.median(seconds or [0.0]))
         return PathEnd(tuple(chambers), pressure, bent, reason, detail, tuple(pressures), tuple(angles), pace)
 
@@ -194,21 +193,21 @@ def path_end(
             if why is not None:
                 break
             states.append(state)
-            if last is None and _angle(state, length) >= wanted:
-                before, at = ([0.0, *(_angle(s, length) for s in states)])[-2:]
+            if last is None and state.bending(length)[0] >= wanted:
+                before, at = ([0.0, *(s.bending(length)[0] for s in states)])[-2:]
                 reached = step * (len(states) - 1 + (wanted - before) / (at - before))
                 return ended(wanted, ANGLE, f"the wanted angle, {math.degrees(wanted):.4g} deg", reached)
     except CellError as error:
         why = (STABILITY, "the walls lose their stability") if error.unstable else (SOLVER, str(error))
     if why is None:
         reason = (GIVEN, "the design's") if last is not None else (SOLVER, "the largest pressure tried")
-        return ended(_angle(states[-1], length), *reason, _pressure(states[-1], chambers))
+        return ended(states[-1].bending(length)[0], *reason, _pressure(states[-1], chambers))
     if not states:
         raise StageError(
             f"range: {title_of(chambers)}: {why[1]} below {1e-3 * step:.3g} kPa, expected a body that bends"
         )
     _approach(trace, chambers, states, step, good)
-    return ended(_angle(states[-1], length), *why, _pressure(states[-1], chambers))
+    return ended(states[-1].bending(length)[0], *why, _pressure(states[-1], chambers))
 
 
 def _approach(
@@ -275,7 +274,3 @@ def _load(pressure: float, chambers: Sequence[int]) -> Load:
 
 def _pressure(state: CellState, chambers: Sequence[int]) -> float:
     return float(state.load.pressure[chambers[0] - 1])
-
-
-def _angle(state: CellState, length: float) -> float:
-    return length * math.hypot(*itertools.islice(state.curvature, 2))

@@ -19,7 +19,7 @@ from calibration.truth.dataset import merged as merged
 from calibration.truth.dataset import trace as trace
 from calibration.truth.dataset import truth_level as truth_level
 from calibration.truth.error_bounds import BoundError as BoundError
-from calibration.truth.error_bounds import Scale as Scale
+from calibration.truth.error_bounds import ErrorScale as ErrorScale
 from calibration.truth.error_bounds import bound_for as bound_for
 from calibration.truth.error_bounds import coverage as coverage
 from calibration.truth.error_bounds import coverage_by as coverage_by

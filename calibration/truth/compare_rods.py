@@ -12,9 +12,9 @@ from calibration.fit import on_loading_branch
 from calibration.truth.cases import layout_of
 from calibration.truth.dataset import case_of, truth_level
 from calibration.truth.mesh_limits import Interval, MeshLimits, load_limits
+from calibration.truth.serving import serving
 from fem_reference import level_record
-from rodmodel import CalibrationNotFoundError, CoreRod
-from rodmodel.io import Found, find
+from rodmodel import CoreRod
 
 # Steps along the rod; 64 of them agree with the adaptive solver within 4e-6 of the length in random cases.
 _STEPS = 64
@@ -113,7 +113,7 @@ def compare_with_truth(truth: xr.Dataset, limits: MeshLimits | None = None) -> V
     windings = np.array([repr(case_of(name).winding) for name in names], dtype=object)
     for winding in dict.fromkeys(windings):
         rows = windings == winding
-        calibrated = _found(names[rows][0])
+        calibrated = serving(names[rows][0])
         if calibrated is None:
             continue
         rod = CoreRod.of(calibrated)
@@ -238,14 +238,6 @@ def _response(truth: xr.Dataset, tip: Float[np.ndarray, "n 3"]) -> Float[np.ndar
             ours, way = (place[state] - place[without[0]] for place in (tip, theirs))
             response[state] = np.linalg.norm(ours - way) / np.linalg.norm(way)
     return response
-
-
-def _found(case: str) -> Found | None:
-    layout = layout_of(case_of(case).winding)
-    try:
-        return find(layout.name, layout.psi or 0.0, layout.pitch)
-    except CalibrationNotFoundError:
-        return None
 
 
 def judgement(verdict: Verdict, role: str, cases: Collection[str] | None = None) -> dict[str, Any]:

@@ -55,8 +55,8 @@ class BoundError(ValueError):
 
 
 @dataclass(frozen=True)
-class Scale:
-    """Scale of an error: values at the nodes, and growth with the moment on the base."""
+class ErrorScale:
+    """ErrorScale of an error: values at the nodes, and growth with the moment on the base."""
 
     at_nodes: Float[np.ndarray, " nodes"]
     per_moment: float
@@ -67,7 +67,7 @@ class Scale:
         return along + self.per_moment * verdict.base_moment
 
 
-def scales(verdict: Verdict) -> dict[str, Scale]:
+def scales(verdict: Verdict) -> dict[str, ErrorScale]:
     """Return the scales of ``angle`` [rad] and ``tip`` [m], from the fit runs.
 
     Raises
@@ -86,7 +86,7 @@ def scales(verdict: Verdict) -> dict[str, Scale]:
 
 def _regression(
     verdict: Verdict, chosen: Bool[np.ndarray, " n"], errors: Float[np.ndarray, " n"], name: str
-) -> Scale:
+) -> ErrorScale:
     """Return the scale by least squares, with bounds on the unknowns.
 
     These are the first node's value, the rises to the next ones, none negative, and the growth with the
@@ -99,7 +99,7 @@ def _regression(
     found = lsq_linear(design, errors[chosen], (least, np.inf), method="bvls")
     if not found.success:
         raise BoundError(f"{name}: the regression of its scale failed: {found.message}")
-    return Scale(np.cumsum(found.x[:-1]), float(found.x[-1]) / _MOMENT)
+    return ErrorScale(np.cumsum(found.x[:-1]), float(found.x[-1]) / _MOMENT)
 
 
 def _least_slope(verdict: Verdict, chosen: Bool[np.ndarray, " n"], name: str) -> float:
@@ -116,7 +116,9 @@ def _least_slope(verdict: Verdict, chosen: Bool[np.ndarray, " n"], name: str) ->
     return relative * float(np.median(response[free]))
 
 
-def bound_for(verdict: Verdict, scale: dict[str, Scale], layout: Layout) -> tuple[ErrorBound, dict[str, Any]]:
+def bound_for(
+    verdict: Verdict, scale: dict[str, ErrorScale], layout: Layout
+) -> tuple[ErrorBound, dict[str, Any]]:
     """Return the bound of a layout's calibration, and its provenance.
 
     Parameters

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from calibration.truth.cases import layout_of
-from calibration.truth.dataset import case_of
-from rodmodel import Branch, CalibrationNotFoundError, CoreRod, Layout
-from rodmodel.io import Found, find, snapped_sheets
+from calibration.truth.serving import serving
+from rodmodel import Branch, CoreRod, Layout
+from rodmodel.io import Found, snapped_sheets
 
 # A bending plane this far from the chamber's own is that of an actuator that has snapped a second time [rad].
 _TWICE = math.radians(45.0)
@@ -59,7 +58,7 @@ def compare_snapped(truth: xr.Dataset) -> tuple[SnappedState, ...]:
     for case in dict.fromkeys(map(str, names)):
         rows = np.flatnonzero(names == case)
         jumped = np.maximum.accumulate(truth["jumped"].values[rows] != 0)
-        calibrated = _found(case) if jumped.any() else None
+        calibrated = serving(case) if jumped.any() else None
         if calibrated is None:
             continue
         for row in rows[jumped]:
@@ -89,14 +88,6 @@ def largest_errors(
         "tip_m": length * max(state.tip for state in own),
         "states": len(own),
     }
-
-
-def _found(case: str) -> Found | None:
-    layout = layout_of(case_of(case).winding)
-    try:
-        return find(layout.name, layout.psi or 0.0, layout.pitch)
-    except CalibrationNotFoundError:
-        return None
 
 
 def _compared(state: xr.Dataset, case: str, calibrated: Found) -> SnappedState | None:

@@ -274,6 +274,19 @@ def test_a_law_with_more_parameters_than_data_is_fitted_to_the_end(some):
     assert found.loss < 1e-6 * loss_of(law, few)
 
 
+def test_states_far_beyond_the_domain_do_not_train(dataset):
+    """A fifth of its pressures beyond, and beside a chamber alone three times as much as it allows."""
+    everything = prepare(dataset, DOMAIN, LENGTH).train
+    narrow = replace(DOMAIN, pressure_max=(30e3,) * 3, single_max=(50e3, 0.0, 0.0), single_beside=3e3)
+    kept = prepare(dataset, narrow, LENGTH).train.pressure
+    first, beside = everything.pressure[:, 0], everything.pressure[:, 1:].max(axis=1)
+    largest = everything.pressure.max(axis=1)
+    near = (largest <= 36e3) | ((first <= 60e3) & (beside <= 9e3))
+    assert 0 < (~near).sum() < len(near)
+    assert near.sum() > (largest <= 36e3).sum()
+    np.testing.assert_array_equal(kept, everything.pressure[near])
+
+
 @pytest.mark.slow
 def test_one_law_learns_the_mean_of_laws_near_several(dataset):
     """It comes nearer to their mean than they are to it, at states that it did not learn from."""

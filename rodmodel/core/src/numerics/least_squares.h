@@ -81,7 +81,8 @@ static least_squares_fit least_squares(evaluation evaluate, void *what, vec star
         }
         evaluate(what, trial, &at, &there);
         fit.steps++;
-        const int better = there.cost <= fit.best.cost;
+        /* Back at the best point is no better: the same steps would follow for ever. */
+        const int better = there.cost < fit.best.cost;
         const int taken = there.cost < infinite() && astray < RM_ASTRAY && there.cost <= RM_HIGHEST * fit.best.cost;
         if (better) {
             fit.best = there;

@@ -9,7 +9,9 @@
  *    is followed into the domain at once.
  * 3. If that misses the target, again from there with more co-contraction: the poses of three pressures are close to a
  *    folded surface.
- * 4. If the target is still out of reach, from every local minimum of a grid over the domain.
+ * 4. Where a chamber alone may go further, along each of them: without the one or the other of those beside it, then
+ *    with both.
+ * 5. If the target is still out of reach, from every local minimum of a grid over the domain.
  *
  * With loads, the search starts from the result for the rod without loads, which is cheap, and every step starts from
  * the solution of the step before. */
@@ -235,6 +237,50 @@ static least_squares_fit seek(search *s, const polytope *box, const vec starts[3
     return best;
 }
 
+/* Search where single chambers go beyond the domain, the one that points to the target first: `order` is ascending.
+ * `sure` becomes false if a search did not converge. */
+static least_squares_fit seek_alone(search *s, const rm_domain *domain, const int order[3], rm_real part, int *sure)
+{
+    const rm_real enough = part * s->tolerance * part * s->tolerance;
+    least_squares_fit best;
+    memset(&best, 0, sizeof best);
+    best.best.cost = infinite();
+    for (int n = 2; n >= 0; n--) {
+        const int chamber = order[n];
+        if (!(domain->single_max[chamber] > R(0.0))) {
+            continue;
+        }
+        rm_domain alone = *domain;
+        polytope box;
+        alone.beside_max = R(0.0);
+        alone.pressure_sum_max = R(0.0);
+        for (int k = 0; k < 3; k++) {
+            alone.pressure_max[k] = k == chamber ? domain->single_max[k] : domain->single_beside;
+            alone.pressure_sum_max += alone.pressure_max[k];
+        }
+        set_polytope(&alone, s->scale, &box);
+        for (int stage = 1; stage <= 3; stage++) {
+            /* On a face from no pressure beside: where it hardly moves the tip, none is wanted. */
+            const int face = stage < 3 ? (chamber + stage) % 3 : -1;
+            const rm_real beside = face < 0 ? R(0.5) * domain->single_beside / s->scale : R(0.0);
+            rm_real start[3] = {beside, beside, beside};
+            start[chamber] = R(0.5) * (domain->pressure_max[chamber] + domain->single_max[chamber]) / s->scale;
+            const least_squares_fit fit =
+                least_squares(evaluate_pose, s, vec_of(start), NULL, &box, face, enough, R(0.0));
+            const rm_real off = rm_sqrt(fit.best.cost), least = rm_sqrt(best.best.cost);
+            *sure &= face >= 0 || fit.converged;
+            /* Pressure in both of the others is worth what it brings nearer. */
+            if (off < least && (face >= 0 || off <= s->tolerance || off + s->tolerance < least)) {
+                best = fit;
+            }
+            if (off <= s->tolerance) {
+                return best;
+            }
+        }
+    }
+    return best;
+}
+
 /* Search the whole domain from the local minima of a grid; a fit on a face that is as near, to the tolerance, replaces
  * the best. `costs` holds RM_GRID^3 numbers. Return whether every search converged. */
 static int seek_everywhere(search *s, const polytope *box, rm_real *costs, least_squares_fit *best)
@@ -376,7 +422,7 @@ static int find_pressures(const rm_rod *rod, const rm_target *target, const rm_i
                          k == 2 ? R(0.0) : box.bound[5]};
         starts[k] = scale(RM_START, within(far, &box));
     }
-    const int loaded = s.loaded;
+    const int loaded = s.loaded, ascending[3] = {order[0], order[1], order[2]};
     int face;
     s.loaded = 0;
     least_squares_fit fit = seek(&s, &box, starts, order, loaded ? RM_NEAR : s.tolerance, RM_PART, &face);
@@ -399,14 +445,24 @@ static int find_pressures(const rm_rod *rod, const rm_target *target, const rm_i
     }
     int nearest = rm_sqrt(fit.best.cost) <= s.tolerance;
     if (!nearest) {
-        rm_real *costs = workspace + workspace_size(rod, options->steps, 1) - RM_GRID * RM_GRID * RM_GRID;
-        nearest = seek_everywhere(&s, &box, costs, &fit);
+        int sure = 1;
+        const least_squares_fit alone =
+            seek_alone(&s, domain, ascending, loaded ? RM_LOADED_PART : RM_PART, &sure);
+        nearest = rm_sqrt(alone.best.cost) <= s.tolerance;
+        if (!nearest) {
+            rm_real *costs = workspace + workspace_size(rod, options->steps, 1) - RM_GRID * RM_GRID * RM_GRID;
+            nearest = seek_everywhere(&s, &box, costs, &fit) && sure;
+        }
+        if (alone.best.cost < fit.best.cost) {
+            fit = alone;
+        }
     }
     rm_real found[3];
     put_vec(found, fit.best.point);
     for (int k = 0; k < 3; k++) {
         /* The largest pressure in its unit: the way into another one and back rounds. */
-        bare.pressure[k] = found[k] > RM_EMPTY ? smaller(s.scale * found[k], domain->pressure_max[k]) : R(0.0);
+        const rm_real most = larger(domain->pressure_max[k], domain->single_max[k]);
+        bare.pressure[k] = found[k] > RM_EMPTY ? smaller(s.scale * found[k], most) : R(0.0);
     }
     put_vec(result->pressure, vec_of(bare.pressure));
     solve_state at;

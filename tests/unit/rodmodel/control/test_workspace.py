@@ -54,13 +54,13 @@ def test_samples_keep_less_beside_each_other_and_reach_the_corners_of_that(limit
 
 
 def test_a_chamber_alone_is_sampled_to_its_own_limit(alone: CoreRod) -> None:
-    """Chamber 1 to 66 kPa and chamber 2 to 60, chamber 3 to the 50 that all have beside others."""
+    """Chamber 1 to 66 kPa and chamber 2 to 58, chamber 3 to the 50 that all have beside others."""
     space = workspace(alone, 2000, {}, lambda done, total: None)
     assert len(space.pressure) == pytest.approx(2000, rel=0.1)
     assert np.all(space.in_domain)
     beyond = space.pressure[space.face == 4]
     assert np.all(np.count_nonzero(beyond, axis=1) == 1)
-    assert beyond.max(axis=0) == pytest.approx([66e3, 60e3, 0.0])
+    assert beyond.max(axis=0) == pytest.approx([66e3, 58e3, 0.0])
     assert [beyond[beyond[:, k] > 0.0, k].min() for k in (0, 1)] == pytest.approx([50e3, 50e3])
     assert space.pressure[space.face < 4].max(axis=0) == pytest.approx([50e3] * 3)
 

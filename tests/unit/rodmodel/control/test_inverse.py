@@ -109,7 +109,7 @@ def test_a_chamber_alone_is_taken_to_its_own_limit(alone: CoreRod, chamber: int,
     else:
         found = inverse_many(alone, tip_position=wanted["tip_position"][good], **loads)
     reached = found["reached"] != 0
-    # Near the end of the branch poses are folded: a search under loads may end beside its target, and says so.
+    # Near the end of the branch poses are folded: a search under loads may end beside its target.
     assert np.mean(reached) >= (0.95 if loads else 1.0)
     assert not np.any(found["nearest"][~reached])
     assert np.all(alone.domain.covers_pressure(found["pressure"].T))

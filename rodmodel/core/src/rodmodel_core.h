@@ -287,8 +287,9 @@ int rm_free_curvature(const rm_rod *rod, const rm_real *pressure, rm_real *works
 int rm_section_at(const rm_rod *rod, const rm_real *curvature, const rm_real *pressure, rm_real *workspace,
                   rm_section *section);
 
-/* Find pressures in the domain that bring the rod to a target, with one chamber at zero if the other two suffice;
- * return the solution's `result`. The pressures of `input` are ignored. Needs a workspace with a Jacobian. */
+/* Find pressures in the domain, of single chambers to their own limits, that bring the rod to a target, with one
+ * chamber at zero if the other two suffice; return the solution's `result`. The pressures of `input` are ignored.
+ * Needs a workspace with a Jacobian. */
 int rm_inverse(const rm_rod *rod, const rm_target *target, const rm_input *input, const rm_options *options,
                rm_real *workspace, rm_inverse_result *result);
 

@@ -1,7 +1,8 @@
 /* Least squares over the pressures of a domain by the Levenberg-Marquardt method: each step minimises the damped
  * linear model exactly over the whole domain, faces included. The search is non-monotone (a watchdog): a few
  * steps may increase the cost, which helps along curved valleys, and are undone if none after them improves on the
- * best. Nocedal and Wright (2006), Numerical Optimization, ch. 10.3; Chamberlain, Powell, Lemarechal and Pedersen
+ * best. A search that goes on for long has a target out of reach and a curved valley: the model then has the
+ * residual's second derivatives too, from differences of the gradient. Nocedal and Wright (2006), Numerical Optimization, ch. 10.3; Chamberlain, Powell, Lemarechal and Pedersen
  * (1982), Math. Program. Study 16, 1. */
 #ifndef RM_LEAST_SQUARES_H
 #define RM_LEAST_SQUARES_H
@@ -15,6 +16,9 @@
 #define RM_DAMPING R(1e-3)
 #define RM_LEAST_DAMPING (R(64.0) * RM_EPSILON)
 #define RM_MOST_DAMPING R(1e8)
+/* Steps after which the model has second derivatives, and the displacement for their differences. */
+#define RM_LONG 40
+#define RM_DISPLACED (R(16.0) * rm_sqrt(RM_EPSILON))
 /* Factor on the damping after a better step, and after a failed one. */
 #define RM_SHRINK R(0.1)
 #define RM_GROW R(5.0)
@@ -42,6 +46,33 @@ typedef struct {
 /* Evaluate residual and slope at a point, starting from a nearby place or NULL; the cost is infinite if undefined. */
 typedef void (*evaluation)(void *what, vec point, const place *near, place *there);
 
+/* Return half of the cost's second derivatives, from its gradient displaced along each axis, or `model` where that is
+ * undefined; add what makes it positive definite to `shift`. */
+static sym second_derivatives(evaluation evaluate, void *what, const place *at, vec gradient, sym model,
+                              const polytope *box, rm_real *shift)
+{
+    const rm_real point[3] = {at->point.x, at->point.y, at->point.z};
+    vec rows[3];
+    for (int k = 0; k < 3; k++) {
+        rm_real displaced[3] = {point[0], point[1], point[2]};
+        place there;
+        const rm_real step = point[k] + RM_DISPLACED > box->bound[3 + k] ? -RM_DISPLACED : RM_DISPLACED;
+        displaced[k] += step;
+        evaluate(what, vec_of(displaced), at, &there);
+        if (!(there.cost < infinite())) {
+            return model;
+        }
+        rows[k] = scale(R(1.0) / step, sub(mat_back(there.slope, there.residual), gradient));
+    }
+    const sym h = {rows[0].x, R(0.5) * (rows[0].y + rows[1].x), R(0.5) * (rows[0].z + rows[2].x),
+                   rows[1].y, R(0.5) * (rows[1].z + rows[2].y), rows[2].z};
+    /* Gershgorin's bound of the least eigenvalue. */
+    const rm_real xy = rm_abs(h.xy), xz = rm_abs(h.xz), yz = rm_abs(h.yz);
+    const rm_real least = smaller(h.xx - xy - xz, smaller(h.yy - xy - yz, h.zz - xz - yz));
+    *shift = larger(*shift, *shift - least);
+    return h;
+}
+
 /* Minimise from `start`, inside the polytope or its face without a chamber (-1: all of it), until the cost is at most
  * `enough`, or the linear model predicts a relative decrease of at most `worth`. */
 static least_squares_fit least_squares(evaluation evaluate, void *what, vec start, const place *near,
@@ -67,10 +98,15 @@ static least_squares_fit least_squares(evaluation evaluate, void *what, vec star
         sym h = {dot(at.slope.a, at.slope.a), dot(at.slope.a, at.slope.b), dot(at.slope.a, at.slope.c),
                  dot(at.slope.b, at.slope.b), dot(at.slope.b, at.slope.c), dot(at.slope.c, at.slope.c)};
         const vec gradient = mat_back(at.slope, at.residual);
+        rm_real shift = damping;
+        if (fit.steps > RM_LONG) {
+            h = second_derivatives(evaluate, what, &at, gradient, h, box, &shift);
+            fit.steps += 3;
+        }
         const sym bare = h;
-        h.xx += damping;
-        h.yy += damping;
-        h.zz += damping;
+        h.xx += shift;
+        h.yy += shift;
+        h.zz += shift;
         const vec trial = minimum_over(h, gradient, at.point, box, without);
         const vec step = sub(trial, at.point);
         const rm_real promise = -dot(along(sym_apply(bare, step), R(2.0), gradient), step);

@@ -33,7 +33,6 @@ def below(verdict: Verdict, pressure: float) -> Verdict:
     return replace(verdict, judged=verdict.judged & (verdict.pressure.max(axis=1) <= pressure))
 
 
-@pytest.mark.xfail(strict=True, reason="4.04 %, chamber 1 at 70 kPa")
 def test_the_tip_of_the_whole_range_is_within_the_worst_that_is_asked(verdict: Verdict) -> None:
     assert report_rods(verdict)[PAPER]["tip_percent"]["worst"] <= 4.0
 

@@ -12,8 +12,8 @@ DESIGNS = Path(__file__).parents[2] / "designs"
 MADE = sorted(file.stem for file in DESIGNS.glob("*.json"))
 
 
-def test_three_other_actuators_are_there() -> None:
-    assert MADE == ["dragon12", "ecoflex20", "slim8"]
+def test_four_other_actuators_are_there() -> None:
+    assert MADE == ["dragon12", "ecoflex12", "ecoflex20", "slim8"]
 
 
 @pytest.mark.parametrize("name", MADE)

@@ -3,6 +3,7 @@
 Run as ``python examples/10_moment_curvature.py [PICTURE]``. Points are the finite-element cell, lines the
 section law that a rod is integrated with, its error underneath, as the angle of 60 mm. The highest pressure
 that both the law and the full actuator have is drawn too: there the square is the actuator's middle, free.
+A line ends where the section gives way sideways.
 """
 
 import json
@@ -24,19 +25,28 @@ import rodmodel
 
 POINTS = Path(__file__).parent / "data" / "moment_points.json"
 RISE_STEPS, NEWTON_STEPS = 40, 50
+MOMENT_LEFT = 1e-9  # [N m], a millionth of the moments
 HIGHEST = "#cc79a7"
 
 
 @jax.jit
 def curvature_at(section: rodmodel.SectionLaw, pressure: jax.Array, moment: jax.Array) -> jax.Array:
-    """Curvature of the section under a moment, by Newton's method while the moment rises from none."""
+    """Curvature of the section under a moment, by Newton's method while the moment rises from none.
+
+    Not a number if the section gives way before, as its stiffness tells.
+    """
     law = section.at(pressure)
 
     def step(n: int, u: jax.Array) -> jax.Array:
-        share = jnp.minimum((n + 1) / RISE_STEPS, 1.0)
-        return u + jnp.linalg.solve(law.stiffness(u), share * moment - law.moment(u))
+        share, stiffness = jnp.minimum((n + 1) / RISE_STEPS, 1.0), law.stiffness(u)
+        stands = jnp.linalg.eigvalsh(stiffness)[0] > 0.0
+        return jnp.where(
+            stands, u + jnp.linalg.solve(stiffness, share * moment - law.moment(u)), jnp.full(3, jnp.nan)
+        )
 
-    return jax.lax.fori_loop(0, NEWTON_STEPS, step, law.free_curvature)
+    found = jax.lax.fori_loop(0, NEWTON_STEPS, step, law.free_curvature)
+    left = jnp.abs(law.moment(found) - moment).max()
+    return jnp.where(left < MOMENT_LEFT, found, jnp.nan)
 
 
 def main(picture: Path) -> None:
@@ -74,13 +84,16 @@ def draw_column(panels: Sequence[Axes], held: dict, name: str, chamber: int) -> 
 
     def law(kpa: float, moment_nmm: np.ndarray) -> np.ndarray:
         pressure, moment = jnp.asarray(1e3 * kpa * alone), jnp.asarray(1e-3 * moment_nmm[:, None] * axis)
-        return np.asarray(over(rod.section, pressure, moment)) @ axis
+        return np.array(over(rod.section, pressure, moment)) @ axis
 
     def curve(kpa: float, moments: np.ndarray, colour: str) -> None:
         curvature = law(kpa, moments)
+        # Beyond the first moment under which it gives way a section may stand again, but is not led there.
+        curvature[np.maximum.accumulate(np.isnan(curvature) & (moments > 0.0))] = np.nan
         above.plot(curvature, moments, color=colour, lw=1.5)
         name = {"color": colour, "fontsize": 8, "ha": "center", "va": "bottom", "rotation": 90}
-        above.text(curvature[-1], moments[-1] + 0.3, f"{kpa:g} kPa", **name)
+        last = np.flatnonzero(np.isfinite(curvature))[-1]
+        above.text(curvature[last], moments[last] + 0.3, f"{kpa:g} kPa", **name)
 
     pressures = sorted(
         {p["pressure_kpa"] for p in held.values() if (p["layout"], p["chamber"]) == (name, chamber)}

@@ -7,7 +7,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from calibration.fit.any_law import AnyLaw, law_at
 from rodmodel import Domain
@@ -18,6 +18,9 @@ PRESSURES = 20_000
 SOFTEST = 0.03
 # Pressures of each chamber alone at which a law is tested.
 _SINGLES = 2000
+# Largest change of the free curvature, over itself, by the little that the others may have: more is a section
+# that leans over, which a law may call stable, and next to its end has several of.
+LEANS = 0.1
 # A narrowed domain is rounded down to a multiple of a round number of pascals: a fortieth to a four-hundredth
 # of its largest pressure.
 _LEAST_STEPS = 40.0
@@ -39,7 +42,9 @@ def unstable_pressures(law: AnyLaw, domain: Domain, seed: int = 0) -> Float[np.n
     return pressure[_unstable(law, pressure, 2.0 * np.pi * rng.random(PRESSURES))]
 
 
-def _unstable(law: AnyLaw, pressure: Float[np.ndarray, "n 3"], psi: Float[np.ndarray, " n"]) -> np.ndarray:
+def _unstable(
+    law: AnyLaw, pressure: Float[np.ndarray, "n 3"], psi: Float[np.ndarray, " n"]
+) -> Bool[np.ndarray, " n"]:
     """Return where the law's free state is not stable, or is not found."""
     stiffness = np.asarray(_free_stiffness(law, jnp.asarray(pressure), jnp.asarray(psi)))
     softest = np.linalg.eigvalsh(np.where(np.isfinite(stiffness), stiffness, 0.0))[:, 0]
@@ -70,7 +75,7 @@ def _step(domain: Domain) -> float:
 
 
 def _single_max(law: AnyLaw, domain: Domain, step: float) -> tuple[float, float, float]:
-    """Return the largest pressure of each chamber alone up to which the law is stable; 0 if it gains none."""
+    """Return the largest pressure of each chamber alone up to which the law stands; 0 if it gains none."""
     rng = np.random.default_rng(0)
     found = []
     for chamber, most in enumerate(domain.single_max):
@@ -80,10 +85,31 @@ def _single_max(law: AnyLaw, domain: Domain, step: float) -> tuple[float, float,
         pressure = domain.single_beside * rng.random((_SINGLES, 3))
         pressure[:, chamber] = most * np.linspace(0.0, 1.0, _SINGLES)
         psi = 2.0 * np.pi * rng.random(_SINGLES)
-        bad = pressure[_unstable(law, pressure, psi), chamber]
+        bad = pressure[_unstable(law, pressure, psi) | _leans(law, pressure, psi, chamber), chamber]
         end = most if not len(bad) else step * (math.ceil(float(bad.min()) / step) - 1)
         found.append(end if end > domain.pressure_max[chamber] else 0.0)
     return found[0], found[1], found[2]
+
+
+def _leans(
+    law: AnyLaw, pressure: Float[np.ndarray, "n 3"], psi: Float[np.ndarray, " n"], chamber: int
+) -> Bool[np.ndarray, " n"]:
+    """Return where the free curvature is not near that of the chamber alone."""
+    alone = np.zeros_like(pressure)
+    alone[:, chamber] = pressure[:, chamber]
+    angle = jnp.asarray(psi)
+    there, own = (np.asarray(_free_curvature(law, jnp.asarray(p), angle))[:, :2] for p in (pressure, alone))
+    near = np.linalg.norm(there - own, axis=1) <= LEANS * np.linalg.norm(own, axis=1)
+    # Where the chamber itself has little, the others' little is no small part.
+    leans: Bool[np.ndarray, " n"] = ~near & (pressure[:, chamber] > 0.5 * pressure[:, chamber].max())
+    return leans
+
+
+@eqx.filter_jit
+def _free_curvature(
+    law: AnyLaw, pressure: Float[Array, "n 3"], psi: Float[Array, " n"]
+) -> Float[Array, "n 3"]:
+    return jax.vmap(lambda p, angle: law_at(law, angle).at(p).free_curvature)(pressure, psi)
 
 
 @eqx.filter_jit

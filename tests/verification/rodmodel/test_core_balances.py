@@ -120,7 +120,7 @@ def test_the_work_of_loads_and_pressures_is_in_the_energy(calibration: Calibrati
     """
     rod = rod_with(calibration, **NO_ENDS)
     length, shear = rod.actuator.body_length, rod.actuator.shear_compliance
-    x, w = np.polynomial.legendre.leggauss(10)
+    x, w = np.polynomial.legendre.leggauss(16)
     work = 0.0
     for t, weight in zip(0.5 * (1.0 + x), 0.5 * w, strict=True):
         # The pressures and the loads grow in different proportions.

@@ -10,7 +10,7 @@
  * 3. If that misses the target, again from there with more co-contraction: the poses of three pressures are close to a
  *    folded surface.
  * 4. Where a chamber alone may go further, along each of them: without the one or the other of those beside it, then
- *    with both.
+ *    with both, from two starts.
  * 5. If the target is still out of reach, from every local minimum of a grid over the domain.
  *
  * With loads, the search starts from the result for the rod without loads, which is cheap, and every step starts from
@@ -238,7 +238,7 @@ static least_squares_fit seek(search *s, const polytope *box, const vec starts[3
 }
 
 /* Search where single chambers go beyond the domain, the one that points to the target first: `order` is ascending.
- * `sure` becomes false if a search did not converge. */
+ * `sure` becomes false if no search along one of them converged. */
 static least_squares_fit seek_alone(search *s, const rm_domain *domain, const int order[3], rm_real part, int *sure)
 {
     const rm_real enough = part * s->tolerance * part * s->tolerance;
@@ -252,6 +252,8 @@ static least_squares_fit seek_alone(search *s, const rm_domain *domain, const in
         }
         rm_domain alone = *domain;
         polytope box;
+        least_squares_fit from;
+        int known = 0;
         alone.beside_max = R(0.0);
         alone.pressure_sum_max = R(0.0);
         for (int k = 0; k < 3; k++) {
@@ -259,16 +261,22 @@ static least_squares_fit seek_alone(search *s, const rm_domain *domain, const in
             alone.pressure_sum_max += alone.pressure_max[k];
         }
         set_polytope(&alone, s->scale, &box);
-        for (int stage = 1; stage <= 3; stage++) {
-            /* On a face from no pressure beside: where it hardly moves the tip, none is wanted. */
+        for (int stage = 1; stage <= 4; stage++) {
+            /* On a face from no pressure beside: where it hardly moves the tip, none is wanted. Then in all of it, from
+             * the better face and from the middle. */
             const int face = stage < 3 ? (chamber + stage) % 3 : -1;
-            const rm_real beside = face < 0 ? R(0.5) * domain->single_beside / s->scale : R(0.0);
-            rm_real start[3] = {beside, beside, beside};
-            start[chamber] = R(0.5) * (domain->pressure_max[chamber] + domain->single_max[chamber]) / s->scale;
+            const rm_real beside = stage == 4 ? R(0.5) * domain->single_beside / s->scale : R(0.0);
+            rm_real middle[3] = {beside, beside, beside};
+            middle[chamber] = R(0.5) * (domain->pressure_max[chamber] + domain->single_max[chamber]) / s->scale;
+            const vec start = stage == 3 ? from.best.point : vec_of(middle);
+            const place *near = stage == 3 && from.best.cost < infinite() ? &from.best : NULL;
             const least_squares_fit fit =
-                least_squares(evaluate_pose, s, vec_of(start), NULL, &box, face, enough, R(0.0));
+                least_squares(evaluate_pose, s, start, near, &box, face, enough, R(0.0));
             const rm_real off = rm_sqrt(fit.best.cost), least = rm_sqrt(best.best.cost);
-            *sure &= face >= 0 || fit.converged;
+            if (stage == 1 || fit.best.cost < from.best.cost) {
+                from = fit;
+            }
+            known |= face < 0 && fit.converged;
             /* Pressure in both of the others is worth what it brings nearer. */
             if (off < least && (face >= 0 || off <= s->tolerance || off + s->tolerance < least)) {
                 best = fit;
@@ -277,6 +285,7 @@ static least_squares_fit seek_alone(search *s, const rm_domain *domain, const in
                 return best;
             }
         }
+        *sure &= known;
     }
     return best;
 }

@@ -62,3 +62,21 @@ def test_a_domain_ends_at_a_round_pressure_of_its_size(modulus, step):
     found = narrowed(Softening(modulus * 45e3), domain).pressure_max[0]
     assert found / step == pytest.approx(round(found / step), abs=1e-9)
     assert modulus * 45e3 - max(0.05 * modulus * 45e3, 2.0 * step) <= found <= modulus * 45e3
+
+
+class Leaning(Softening):
+    """Stable everywhere; beyond `limit` [Pa] of chamber 1 a little in chamber 2 bends it aside."""
+
+    def at(self, pressure):
+        """Chamber 1 bends about y, chamber 2 about x by the more the more the first one has."""
+        aside = 20.0 / (1.0 + jnp.exp((self.limit - pressure[0]) / 200.0))
+        moments = 1e-7 * jnp.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+        return LinearLaw(STIFFNESS * jnp.eye(3), moments.at[0, 1].set(1e-7 * aside)).at(pressure)
+
+
+def test_a_chamber_alone_ends_before_the_little_in_the_others_bends_it_aside():
+    domain = Domain((40e3, 40e3, 40e3), 90e3, 1e-3, single_max=(70e3, 0.0, 0.0), single_beside=2e3)
+    found = narrowed(Leaning(60e3), domain)
+    assert found.pressure_max == domain.pressure_max
+    assert 57e3 < found.single_max[0] < 60.5e3
+    assert narrowed(Leaning(90e3), domain).single_max == domain.single_max

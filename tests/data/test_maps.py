@@ -22,7 +22,7 @@ ANY, HALF_PI, SIX = (
 )
 ZERO, WIDE = (f"double-helix psi 0.0 pitch {pitch}" for pitch in (3, 4))
 # Beyond their bars: fitted to some 200 to 650 states of the fine mesh of their own, which are too few; or to
-# the whole range of a single chamber, which 64 ridges hold less well than half of it: 1.05 and 1.07 %.
+# the whole range of a single chamber, which 64 ridges hold less well than half of it: 1.05 % and 0.56°.
 too_few = pytest.mark.xfail(strict=True, reason="too few states of the fine mesh")
 too_wide = pytest.mark.xfail(strict=True, reason="64 ridges for the whole range of a chamber alone")
 
@@ -34,7 +34,7 @@ def laws(**marks: tuple[str, ...]) -> list[Any]:
     return [pytest.param(name, marks=of[name]) if name in of else name for name in LAWS]
 
 
-@pytest.mark.parametrize("name", laws(too_few=(ANY, HALF_PI, SIX)))
+@pytest.mark.parametrize("name", laws(too_few=(ANY, HALF_PI, SIX), too_wide=(WIDE,)))
 def test_the_free_bending_angle_is_within_its_bar_at_95_percent(name: str) -> None:
     assert math.degrees(LAWS[name].error["free_bending_angle_rad"]["p95"]) <= ANGLE
 
@@ -44,7 +44,7 @@ def test_the_worst_free_bending_angle_is_within_its_bar(name: str) -> None:
     assert math.degrees(LAWS[name].error["free_bending_angle_rad"]["worst"]) <= WORST
 
 
-@pytest.mark.parametrize("name", laws(too_few=(ANY, SIX), too_wide=(ZERO, WIDE)))
+@pytest.mark.parametrize("name", laws(too_few=(ANY, SIX), too_wide=(ZERO,)))
 def test_the_moment_is_within_its_bar_at_95_percent(name: str) -> None:
     moment = LAWS[name].error["moment_nm"]
     bar = MOMENT if LAWS[name].provenance["mesh"] == "coarse" else MOMENT_NEAR

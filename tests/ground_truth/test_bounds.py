@@ -33,7 +33,7 @@ def shares(verdict: Verdict) -> dict[str, Any]:
 
 @pytest.mark.xfail(
     strict=True,
-    reason="angles 96.6 % over all; tips 72 % from 54 to 70 kPa in sum, and 60 % at a pitch of 4 mm",
+    reason="angles 96.6 % over all; tips 76 % from 54 to 70 kPa in sum, and 60 % at a pitch of 4 mm",
 )
 @pytest.mark.parametrize("quantity", ["angle", "tip"])
 def test_nine_states_in_ten_keep_the_stated_bound(shares: dict[str, Any], quantity: str) -> None:

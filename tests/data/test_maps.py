@@ -64,6 +64,14 @@ def test_the_moment_is_within_the_bar_of_all_meshes(name: str) -> None:
     assert moment["p95"] <= MOMENT_NEAR * moment["range"]
 
 
+@pytest.mark.parametrize("name", LAWS)
+def test_a_file_states_what_its_ends_err_by(name: str) -> None:
+    """Of runs left out one after the other, as `rodmodel-calibrate ends` writes it."""
+    known = LAWS[name].error["actuator_angle_rad"]
+    assert 0.0 < known["median"] <= known["p90"] <= known["worst"] < 0.1
+    assert LAWS[name].provenance["ends"]["command"].startswith("rodmodel-calibrate ends ")
+
+
 @too_few
 def test_the_law_of_all_orientations_errs_within_twice_what_those_of_one_do() -> None:
     """Its held-out paths are at random orientations, of which none was trained on."""

@@ -91,7 +91,7 @@ def _widened(domain: Domain) -> Domain:
     """Return the domain in which states are trained on.
 
     Further out a section gives way under loads that the law never meets, and a law that learns of that errs
-    more inside: around chambers alone, with 16 kPa in the others, by twice as much.
+    more inside.
     """
 
     def times(factor: float, three: Sequence[float]) -> tuple[float, float, float]:

@@ -12,6 +12,7 @@ import numpy as np
 
 import rodmodel
 from rodmodel.control import LOADING, Branch, Branches
+from tests.benchmark.bench_loads import pressures_of
 from tests.benchmark.timing.clock import median_call, stay_on_one_core
 from tests.benchmark.timing.figures import Figure, report
 
@@ -23,10 +24,8 @@ LOADS = {"tip_force": np.array([0.02, 0.0, 0.0]), "gravity": np.array([0.0, 0.0,
 
 def figures_of(name: str, branches: Branches, branch: Branch, **loads: Any) -> Iterator[Figure]:
     """Figures of random pressures on one branch, under the same loads."""
-    rod, rng = branches.rod(branch), np.random.default_rng(0)
-    least, most = np.array(rod.domain.pressure_min), np.array(rod.domain.pressure_max)
-    drawn = least + rng.uniform(size=(100 * PRESSURES, 3)) * (most - least)
-    pressures = drawn[rod.domain.covers_pressure(drawn.T)][:PRESSURES]
+    rod = branches.rod(branch)
+    pressures = pressures_of(rod.domain, PRESSURES, np.random.default_rng(0))
     alone = median_call(lambda k: rod.solve(pressures[k], **loads), len(pressures))
     both = median_call(lambda k: branches.solve(pressures[k], before=branch, **loads), len(pressures))
     yield Figure(f"{name}: one rod", 1e6 * alone, "µs")

@@ -25,6 +25,7 @@ ENDS = (
     "tip_offset",
     "tip_offset_curvature",
     "held_length",
+    "held_share",
     "shear_compliance",
 )
 #: Arrays of `rm_law` that lie in the structure itself.

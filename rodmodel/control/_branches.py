@@ -11,7 +11,7 @@ from typing import Any, final
 import numpy as np
 
 from rodmodel.actuator import Domain
-from rodmodel.core import CoreRod, CoreSolution, Numbers
+from rodmodel.core import BranchChoice, CoreRod, CoreSolution, Numbers
 
 # What `Branches.solve` takes for its branch.
 _NAMES = ("auto", "loading", "snapped")
@@ -58,22 +58,18 @@ class BranchSolution:
     solution : equilibrium.
     branch : branch that it is on; the next call's `before`.
     jumped : whether that is another branch than before.
+    other_possible : whether an actuator with another past may be on a branch of the other name under these
+        pressures.
     pressure : gauge pressures [Pa], (3,).
     domain : of the branch.
-    other_domains : of the branches of another name.
     """
 
     solution: CoreSolution
     branch: Branch
     jumped: bool
+    other_possible: bool
     pressure: tuple[float, float, float]
     domain: Domain
-    other_domains: tuple[Domain, ...]
-
-    @property
-    def other_possible(self) -> bool:
-        """Whether an actuator with another past may be on another branch under these pressures."""
-        return any(_covers(other, self.pressure) for other in self.other_domains)
 
     @property
     def reach(self) -> float:
@@ -98,7 +94,14 @@ class Branches:
     def __init__(self, loading: CoreRod, snapped: Mapping[Branch, CoreRod]) -> None:
         self.loading = loading
         self.snapped = dict(snapped)
-        self._snapped_domains = tuple(rod.domain for rod in self.snapped.values())
+        self._branches = (LOADING, *self.snapped)
+        self._rods = (loading, *self.snapped.values())
+        self._numbers = {branch: number for number, branch in enumerate(self._branches)}
+        self._choice = BranchChoice(
+            self._rods,
+            [branch.chamber for branch in self._branches],
+            [branch.side for branch in self._branches],
+        )
 
     def rod(self, branch: Branch) -> CoreRod:
         """Return the rod of a branch.
@@ -108,12 +111,7 @@ class Branches:
         ValueError
             If the calibration does not know the branch.
         """
-        if branch == LOADING:
-            return self.loading
-        if branch not in self.snapped:
-            known = "; ".join(map(str, (LOADING, *self.snapped)))
-            raise ValueError(f"branch: got {branch}, expected one that the calibration knows: {known}")
-        return self.snapped[branch]
+        return self._rods[self._number(branch)]
 
     def branch_at(self, pressure: Numbers, before: Branch = LOADING) -> Branch:
         """Return the branch under three pressures [Pa] of an actuator that was on another one before.
@@ -121,11 +119,7 @@ class Branches:
         It stays on its branch to that branch's end. There it jumps: to the loading branch if that one has
         such a state, else to that of the chamber with the largest pressure. If none has, it stays.
         """
-        p = _three(pressure)
-        if _covers(self.rod(before).domain, p):
-            return before
-        order = sorted(self.snapped, key=lambda branch: -p[branch.chamber - 1])
-        return next((b for b in (LOADING, *order) if _covers(self.rod(b).domain, p)), before)
+        return self._branches[self._choice.at(_three(pressure), self._number(before))]
 
     def solve(
         self, pressure: Numbers, before: Branch = LOADING, branch: str = "auto", **given: Any
@@ -149,23 +143,31 @@ class Branches:
         """
         if branch not in _NAMES:
             raise ValueError(f"branch: got {branch!r}, expected {', '.join(_NAMES)}")
-        p = _three(pressure)
-        now = self.branch_at(p, before)
+        p, start = _three(pressure), self._number(before)
+        number = self._choice.at(p, start)
         if branch == "loading":
-            now = LOADING
+            number = 0
         elif branch == "snapped":
-            now = self._snapped_at(p, before)
-        rod = self.rod(now)
+            number = self._numbers[self._snapped_at(p, before)]
+        rod = self._rods[number]
+        first, second, third = p.tolist()
         return BranchSolution(
-            solution=rod.solve(pressure, **given),
-            branch=now,
-            jumped=now != before,
-            pressure=p,
+            solution=rod.solve(p, **given),
+            branch=self._branches[number],
+            jumped=number != start,
+            other_possible=self._choice.other_possible(p, number),
+            pressure=(first, second, third),
             domain=rod.domain,
-            other_domains=self._snapped_domains if now == LOADING else (self.loading.domain,),
         )
 
-    def _snapped_at(self, pressure: tuple[float, float, float], before: Branch) -> Branch:
+    def _number(self, branch: Branch) -> int:
+        number = self._numbers.get(branch)
+        if number is None:
+            known = "; ".join(map(str, self._branches))
+            raise ValueError(f"branch: got {branch}, expected one that the calibration knows: {known}")
+        return number
+
+    def _snapped_at(self, pressure: np.ndarray, before: Branch) -> Branch:
         chamber = int(np.argmax(pressure)) + 1
         of_chamber = [b for b in self.snapped if b.chamber == chamber]
         if not of_chamber:
@@ -177,14 +179,8 @@ class Branches:
         return before if before in of_chamber else of_chamber[0]
 
 
-def _three(pressure: Numbers) -> tuple[float, float, float]:
-    p = np.asarray(pressure, float)
+def _three(pressure: Numbers) -> np.ndarray:
+    p = np.ascontiguousarray(pressure, float)
     if p.shape != (3,):
         raise ValueError(f"pressure: got shape {p.shape}, expected (3,): three gauge pressures [Pa]")
-    # Plain numbers: an array of three costs a domain ten times as much.
-    first, second, third = p.tolist()
-    return first, second, third
-
-
-def _covers(domain: Domain, pressure: tuple[float, float, float]) -> bool:
-    return bool(domain.covers_pressure(pressure))
+    return p

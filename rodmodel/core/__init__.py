@@ -1,5 +1,6 @@
 """The rod compiled from C99: NumPy arrays in and out, microseconds a solve. Imports no JAX."""
 
+from rodmodel.core._branches import BranchChoice as BranchChoice
 from rodmodel.core._handle import Handle as Handle
 from rodmodel.core._inputs import numbers_of as numbers_of
 from rodmodel.core._inputs import rows_of as rows_of

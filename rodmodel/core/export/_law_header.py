@@ -11,14 +11,17 @@ from rodmodel.core._handle import ENDS, IN_PLACE, bound_numbers, domain_numbers
 from rodmodel.core._law_data import LawData, law_data
 
 if TYPE_CHECKING:
-    from rodmodel.io import Calibration, Found
+    from rodmodel.actuator import Domain
+    from rodmodel.error_bound import ErrorBound
+    from rodmodel.io import Calibration, Found, SnappedSheet
 
 _WIDTH = 118
 
 
 def law_header(found: "Found") -> str:
     """Return `law.h`: a description of the rod, its provenance, sizes and declarations."""
-    sizes = _law(found).sizes
+    laws = [_law(found), *(_sheet_law(sheet) for sheet in _sheets(found))]
+    sizes = {name: max(law.sizes[name] for law in laws) for name in laws[0].sizes}
     lines = [
         f"/*\n{_comment(found)}\n */",
         "#ifndef LAW_H",
@@ -51,13 +54,19 @@ def law_header(found: "Found") -> str:
             "extern const rm_oriented rods;",
             "void rod_at_psi(rm_real psi, rm_real *memory, rm_rod *found);",
         ]
+    if len(laws) > 1:
+        lines += [
+            "",
+            "/* All branches of the rod; the first is `rod`. */",
+            f"#define ROD_BRANCHES {len(laws)}",
+            "extern const rm_branches branches;",
+        ]
     return "\n".join([*lines, "", "#ifdef __cplusplus", "}", "#endif", "", "#endif", ""])
 
 
 def law_source(found: "Found") -> str:
     """Return `law.c`: the arrays and the rod, and the laws of a calibration of all orientations."""
     law = _law(found)
-    pointed_to = {name: array for name, array in law.arrays.items() if name not in IN_PLACE}
     oriented = law_data(found.calibration.law).orientation if _is_oriented(found) else {}
     lines = [
         "/* Numbers of law.h, written by `rodmodel export`; rodmodel_core.h describes each of them. */",
@@ -70,23 +79,8 @@ def law_source(found: "Found") -> str:
         "#define ACTUATOR \\",
         *_continued(_ends(found)),
         "",
-        "#define DOMAIN \\",
-        *_continued(_domain(found)),
-        "",
-        "#define ERROR_BOUND \\",
-        *_continued(_bound(found)),
-        "",
-        *(_array(name, array) for name, array in {**pointed_to, **oriented}.items()),
-        f"static const int orders[] = {{{', '.join(str(k) for k in law.orders.ravel())}}};",
-        "",
-        "const rm_rod rod = {",
-        "    .law = {",
-        *_law_fields(law, {}),
-        "    },",
-        "    .actuator = ACTUATOR,",
-        "    .domain = DOMAIN,",
-        "    .error_bound = ERROR_BOUND,",
-        "};",
+        *(_array(name, array) for name, array in oriented.items()),
+        *_rod("const rm_rod rod", law, "", found.domain, found.calibration.error_bound),
     ]
     if oriented:
         own = dict.fromkeys(("feature_biases", "rest_features"), "NULL")
@@ -94,7 +88,7 @@ def law_source(found: "Found") -> str:
             "",
             "const rm_oriented rods = {",
             "    .law = {",
-            *_law_fields(law, own),
+            *_law_fields(law, "", own),
             "    },",
             *(f"    .{name} = {name}," for name in oriented),
             "};",
@@ -105,7 +99,66 @@ def law_source(found: "Found") -> str:
             "    rm_orient(&rods, psi, memory, &found->law);",
             "}",
         ]
+    if sheets := _sheets(found):
+        lines += ["", *_branches(sheets)]
     return "\n".join([*lines, ""])
+
+
+def _rod(name: str, law: LawData, prefix: str, domain: "Domain", bound: "ErrorBound") -> list[str]:
+    """Return the arrays and the initialiser of an `rm_rod`."""
+    pointed_to = {name: array for name, array in law.arrays.items() if name not in IN_PLACE}
+    return [
+        *(_array(f"{prefix}{name}", array) for name, array in pointed_to.items()),
+        f"static const int {prefix}orders[] = {{{', '.join(str(k) for k in law.orders.ravel())}}};",
+        "",
+        f"{name} = {{",
+        "    .law = {",
+        *_law_fields(law, prefix, {}),
+        "    },",
+        "    .actuator = ACTUATOR,",
+        "    .domain = {",
+        *_items(_fields(domain_numbers(domain))),
+        "    },",
+        "    .error_bound = {",
+        *_items(_fields(bound_numbers(bound))),
+        "    },",
+        "};",
+    ]
+
+
+def _branches(sheets: "tuple[SnappedSheet, ...]") -> list[str]:
+    """Return the rods of the snapped branches, and all branches after the loading one."""
+    names = [f"snapped_{sheet.chamber}_{'larger' if sheet.side > 0 else 'smaller'}" for sheet in sheets]
+    lines: list[str] = []
+    for name, sheet in zip(names, sheets, strict=True):
+        declared = f"static const rm_rod {name}"
+        lines += [*_rod(declared, _sheet_law(sheet), f"{name}_", sheet.domain, sheet.law.error_bound), ""]
+    rods = ", ".join(f"&{name}" for name in ("rod", *names))
+    chambers = ", ".join(str(k) for k in (0, *(sheet.chamber for sheet in sheets)))
+    sides = ", ".join(str(k) for k in (0, *(sheet.side for sheet in sheets)))
+    return [
+        *lines,
+        f"static const rm_rod *const branch_rods[] = {{{rods}}};",
+        f"static const int branch_chambers[] = {{{chambers}}};",
+        f"static const int branch_sides[] = {{{sides}}};",
+        "",
+        "const rm_branches branches = {",
+        f"    .count = {len(names) + 1},",
+        "    .rods = branch_rods,",
+        "    .chambers = branch_chambers,",
+        "    .sides = branch_sides,",
+        "};",
+    ]
+
+
+def _sheets(found: "Found") -> "tuple[SnappedSheet, ...]":
+    from rodmodel.io import snapped_sheets
+
+    return snapped_sheets(found)
+
+
+def _sheet_law(sheet: "SnappedSheet") -> LawData:
+    return law_data(sheet.law.law, sheet.turns, sheet.mirrored)
 
 
 def _is_oriented(found: "Found") -> bool:
@@ -116,16 +169,16 @@ def _law(found: "Found") -> LawData:
     return law_data(found.calibration.law, found.turns, found.mirrored, found.psi)
 
 
-def _law_fields(law: LawData, others: dict[str, str]) -> list[str]:
-    """Return the initialiser of `rm_law`; `others` replaces the names of arrays."""
+def _law_fields(law: LawData, prefix: str, others: dict[str, str]) -> list[str]:
+    """Return the initialiser of `rm_law`; its arrays have a prefix, or the names in `others`."""
     fields = {name: str(size) for name, size in law.sizes.items()}
     fields |= {name: _real(value) for name, value in law.numbers.items()}
     for name, array in law.arrays.items():
         if name in IN_PLACE:
             fields[name] = "{" + ", ".join(_real(x) for x in array.ravel()) + "}"
         else:
-            fields[name] = others.get(name, name)
-    fields["orders"] = "orders"
+            fields[name] = others.get(name, f"{prefix}{name}")
+    fields["orders"] = f"{prefix}orders"
     lines = [f".{name} = {value}," for name, value in fields.items()]
     return [textwrap.fill(line, _WIDTH, initial_indent=" " * 8, subsequent_indent=" " * 12) for line in lines]
 
@@ -135,19 +188,16 @@ def _ends(found: "Found") -> dict[str, str]:
     return {name: _real(float(getattr(actuator, name))) for name in ENDS}
 
 
-def _domain(found: "Found") -> dict[str, str]:
-    return _fields(domain_numbers(found.domain))
-
-
-def _bound(found: "Found") -> dict[str, str]:
-    return _fields(bound_numbers(found.calibration.error_bound))
-
-
 def _fields(numbers: dict[str, Any]) -> dict[str, str]:
     return {
         name: _real(value) if isinstance(value, float) else "{" + ", ".join(map(_real, value)) + "}"
         for name, value in numbers.items()
     }
+
+
+def _items(fields: dict[str, str]) -> list[str]:
+    """Return the lines of a structure's initialiser."""
+    return [f"        .{name} = {value}," for name, value in fields.items()]
 
 
 def _continued(fields: dict[str, str]) -> list[str]:

@@ -17,10 +17,13 @@
 #define rm_section_at RM_NAMED(rm_section_at, RM_VARIANT)
 #define rm_inverse RM_NAMED(rm_inverse, RM_VARIANT)
 #define rm_inverse_batch RM_NAMED(rm_inverse_batch, RM_VARIANT)
+#define rm_branch_at RM_NAMED(rm_branch_at, RM_VARIANT)
+#define rm_other_branch_possible RM_NAMED(rm_other_branch_possible, RM_VARIANT)
 #endif
 
 #include "rodmodel_core.h"
 
+#include "branches.h"
 #include "inverse.h"
 #include "orient.h"
 #include "stations.h"
@@ -182,4 +185,14 @@ int rm_check_rod(const rm_rod *rod)
         good &= law->orders[k] >= 0 && law->orders[k] < 3;
     }
     return good ? 0 : RM_BAD_INPUT;
+}
+
+int rm_branch_at(const rm_branches *branches, const rm_real *pressure, int before)
+{
+    return branch_at(branches, pressure, before);
+}
+
+int rm_other_branch_possible(const rm_branches *branches, const rm_real *pressure, int branch)
+{
+    return is_other_possible(branches, pressure, branch);
 }

@@ -156,6 +156,15 @@ typedef struct {
     const rm_real *bare_weights;       /* c over the number of images: (ridges) */
 } rm_oriented;
 
+/* Branches of equilibria of one actuator. The first is that of loading, on which the section stands upright; on the
+ * others a partition wall has snapped beside a chamber, the likeliest side of each chamber first. */
+typedef struct {
+    int count;
+    const rm_rod *const *rods;      /* (count) */
+    const int *chambers;            /* (count): number of the chamber, from 1; 0 on the loading branch */
+    const int *sides;               /* (count): 1 towards larger bending planes gamma, -1 smaller; 0 likewise */
+} rm_branches;
+
 /* Pressures, loads and base. All zeros: a rod at rest. */
 typedef struct {
     rm_real pressure[3];            /* gauge pressures [Pa], 0 or more */
@@ -297,6 +306,14 @@ int rm_inverse(const rm_rod *rod, const rm_target *target, const rm_input *input
 /* Find pressures for many targets, with one input for all or one for each; return the number of targets reached. */
 int rm_inverse_batch(const rm_rod *rod, const rm_target *targets, const rm_input *inputs, int inputs_each,
                      int count, const rm_options *options, rm_real *workspace, rm_inverse_result *results);
+
+/* Return the branch, an index of `rods`, under three pressures of an actuator that was on branch `before`; from rest, 0.
+ * It stays on its branch to that branch's end. There it jumps: to the loading branch if that one has such a state, else
+ * to that of the chamber with the largest pressure. If none has, it stays. */
+int rm_branch_at(const rm_branches *branches, const rm_real *pressure, int before);
+
+/* Return whether an actuator with another past may be on a branch of the other kind under these pressures. */
+int rm_other_branch_possible(const rm_branches *branches, const rm_real *pressure, int branch);
 
 /* cffi: end */
 

@@ -6,6 +6,7 @@
 
 #define STEPS 8
 #define PATH 20
+#define CYCLE 28
 
 /* Which give a number back as it was. */
 #ifdef RM_REAL_FLOAT
@@ -152,6 +153,26 @@ static void turn_winding(const rm_options *options)
 }
 #endif
 
+#ifdef ROD_BRANCHES
+/* One chamber up to the end of its snapped branch and back: the number of the branch is all the memory that is needed. */
+static void cycle(const rm_options *options)
+{
+    const rm_rod *last = branches.rods[branches.count - 1];
+    const int chamber = branches.chambers[branches.count - 1] - 1;
+    int branch = 0;
+    for (int n = 0; n <= CYCLE; n++) {
+        const int up = n <= CYCLE / 2 ? n : CYCLE - n;
+        rm_input input = {0};
+        rm_solution solution;
+        input.pressure[chamber] = last->domain.pressure_max[chamber] * (rm_real)up / (rm_real)(CYCLE / 2);
+        branch = rm_branch_at(&branches, input.pressure, branch);
+        expect(rm_solve(branches.rods[branch], &input, options, NULL, workspace, NULL, &solution) == RM_SUCCESSFUL,
+               "cycle");
+        print_solution("cycle", &input, &solution);
+    }
+}
+#endif
+
 int main(void)
 {
     rm_options options;
@@ -166,6 +187,9 @@ int main(void)
     invert(&options);
 #ifdef ROD_ORIENT_SIZE
     turn_winding(&options);
+#endif
+#ifdef ROD_BRANCHES
+    cycle(&options);
 #endif
     printf("failures %d\n", failures);
     return failures != 0;

@@ -80,6 +80,30 @@ def test_a_limit_beside_is_exported_and_none_is_zero(
     assert re.findall(r"\.beside_\w+ = N\((.*?)\)", text) == list(numbers)
 
 
+def test_snapped_branches_are_exported_with_their_own_domains(tmp_path: Path):
+    file = tmp_path / "snapped.json"
+    rodmodel.save_calibration(calibrations.with_snapped((2, 1), (2, -1)), file)
+    export(find("double-helix", 0.0, 3e-3, file), tmp_path / "rod")
+    header, text = ((tmp_path / "rod" / name).read_text() for name in ("law.h", "law.c"))
+    assert "#define ROD_BRANCHES 5\nextern const rm_branches branches;" in header
+    # The section is its mirror image, in which chamber 3 is chamber 2.
+    names = ["snapped_2_larger", "snapped_3_smaller", "snapped_2_smaller", "snapped_3_larger"]
+    assert f"branch_rods[] = {{&rod, {', '.join(f'&{name}' for name in names)}}};" in text
+    assert "branch_chambers[] = {0, 2, 3, 2, 3};" in text
+    assert "branch_sides[] = {0, 1, -1, -1, 1};" in text
+    ends = re.findall(r"\.pressure_min = \{(.*?)\}", text)
+    assert ends == [
+        "N(0.0), N(0.0), N(0.0)",
+        *2 * ["N(0.0), N(40000.0), N(0.0)", "N(0.0), N(0.0), N(40000.0)"],
+    ]
+
+
+def test_without_snapped_branches_there_is_one_rod(found: Found, tmp_path: Path):
+    export(found, tmp_path / "rod")
+    assert "ROD_BRANCHES" not in (tmp_path / "rod" / "law.h").read_text()
+    assert "rm_branches" not in (tmp_path / "rod" / "law.c").read_text()
+
+
 def test_the_same_calibration_gives_the_same_files(found: Found, tmp_path: Path):
     export(found, tmp_path / "one")
     (tmp_path / "two").mkdir()

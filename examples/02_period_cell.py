@@ -35,9 +35,11 @@ def main(arguments: list[str] | None = None) -> None:
     path = follow(cell, [Load((1e3 * p, 0.0, 0.0)) for p in steps])
     states = [state for p, state in zip(steps, path, strict=True) if p in shown]
     for state in states:
-        angle = np.degrees(cell.geometry.body_length * np.hypot(*state.curvature[:2]))
-        volumes = "  ".join(f"{v:.0f}" for v in 1e9 * cell.geometry.body_length * state.volume)
-        print(f"{state.pressure[0] / 1e3:5.1f} kPa: {angle:6.2f} deg over 60 mm, chambers {volumes} mm³")
+        length = cell.geometry.body_length
+        angle, _ = np.degrees(state.bending(length))
+        volumes = "  ".join(f"{v:.0f}" for v in 1e9 * length * state.volume)
+        over = f"over {1e3 * length:g} mm"
+        print(f"{state.pressure[0] / 1e3:5.1f} kPa: {angle:6.2f} deg {over}, chambers {volumes} mm³")
     draw(cell, states, Path(options.picture))
     print(f"drawn in {options.picture}")
 

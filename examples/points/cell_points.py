@@ -13,7 +13,6 @@ import math
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from points_file import END_COMPLIANCE, Three, arguments, complete, pascals, wound_cell
 
 from fem_reference import CellError, Load, converged_level, follow, layout
@@ -21,7 +20,6 @@ from fem_reference import CellError, Load, converged_level, follow, layout
 FILE = Path(__file__).parents[1] / "data" / "cell_points.json"
 SINGLE_KPA = [5.0 * n for n in range(1, 15)]
 PAIR_KPA = [5.0 * n for n in range(1, 11)]
-BODY_LENGTH = 60e-3
 # name, layout, ψ [deg], pitch [mm], which chambers, pressures [kPa]
 Path_ = tuple[str, str, float, float, Three, list[float]]
 
@@ -59,12 +57,12 @@ def trace(path: Path_, level: str | None, last_kpa: float) -> dict[str, Any]:
     }
     end = "reached"
     try:
-        for p, state in zip(pressures, follow(wound_cell(wound, level), loads), strict=False):
-            bend = BODY_LENGTH * np.asarray(state.curvature)
+        cell = wound_cell(wound, level)
+        for p, state in zip(pressures, follow(cell, loads), strict=False):
+            angle, plane = state.bending(cell.geometry.body_length)
             found["pressure_kpa"].append(p)
-            found["angle_deg"].append(math.degrees(math.hypot(bend[0], bend[1])))
-            # Chamber 1 alone turns about −y: its plane is 0.
-            found["plane_deg"].append(math.degrees(math.atan2(bend[0], -bend[1])) % 360.0)
+            found["angle_deg"].append(math.degrees(angle))
+            found["plane_deg"].append(math.degrees(plane) % 360.0)
             found["jumped"].append(bool(state.jumped))
             found["stable"].append(state.stable)
     except CellError as error:

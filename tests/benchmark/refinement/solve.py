@@ -77,12 +77,12 @@ def _solve(winding: str, mesh: Mesh) -> Solved:
 
 def _record(cell: PeriodCell, state: CellState) -> dict[str, Any]:
     """Angle of the body's length [deg], stiffnesses [N m²] and volumes per length [mm²] of a state."""
-    bent = state.curvature[:2]
+    angle, plane = np.degrees(state.bending(cell.geometry.body_length))
     bending = np.linalg.eigvalsh(state.hessian[:2, :2])
     return {
         "pressure_kpa": [p / 1e3 for p in state.load.pressure],
-        "angle_deg": float(np.degrees(cell.geometry.body_length * np.hypot(*bent))),
-        "plane_deg": float(np.degrees(np.arctan2(state.curvature[0], -state.curvature[1]))),
+        "angle_deg": float(angle),
+        "plane_deg": float(plane),
         "soft_bending": float(bending[0]),
         "stiff_bending": float(bending[1]),
         "torsion": float(state.hessian[2, 2]),

@@ -14,8 +14,9 @@ def main() -> None:
     """Print angle, plane, softest stiffness and stability at every load."""
     up = np.arange(STEP_KPA, TOP_KPA + 0.1, STEP_KPA)
     down = np.arange(TOP_KPA - STEP_KPA, LOW_KPA - 0.1, -STEP_KPA)
-    for state in follow(PeriodCell(level="coarse"), [Load((0.0, 1e3 * p, 0.0)) for p in (*up, *down)]):
-        angle, plane = np.degrees(state.bending(60e-3))
+    cell = PeriodCell(level="coarse")
+    for state in follow(cell, [Load((0.0, 1e3 * p, 0.0)) for p in (*up, *down)]):
+        angle, plane = np.degrees(state.bending(cell.geometry.body_length))
         softest = np.linalg.eigvalsh(state.hessian[:3, :3]).min()
         print(
             f"{state.pressure[1] / 1e3:5.1f} kPa  {angle:7.2f} deg  plane "

@@ -19,7 +19,7 @@ def main() -> None:
     for name, level in MESHES.items():
         cell = PeriodCell(level=level, end_compliance=usual_end_compliance(Design()), symmetric=True)
         for state in follow(cell, [Load((1e3 * p, 0.0, 0.0)) for p in PRESSURES_KPA]):
-            angle = math.degrees(cell.geometry.body_length * abs(state.curvature[1]))
+            angle = math.degrees(state.bending(cell.geometry.body_length)[0])
             print(
                 f"{name:10s} {1e-3 * state.pressure[0]:5.1f} kPa  {angle:7.2f} deg  "
                 f"{1e4 * state.hessian[1, 1]:6.3f}e-4 N m2{'  snapped' if state.jumped else ''}",

@@ -104,13 +104,13 @@ class PassingWalls(WallContact):
 
 
 def cell_angles(pressures_kpa: Sequence[float], touching: bool = True, **changes: Any) -> Iterator[Found]:
-    """Angle over 60 mm at each pressure."""
+    """Angle over the body at each pressure."""
     cell = PeriodCell(level="coarse", **changes)
     if not touching:
         walls = np.concatenate([chamber.quads for chamber in cell.equations.chambers])
         cell.equations.walls = PassingWalls(cell.equations.mesh.points, walls)
     for state in follow(cell, [Load((1e3 * p, 0.0, 0.0)) for p in pressures_kpa]):
-        yield math.degrees(state.bending(60e-3)[0]), state.jumped
+        yield math.degrees(state.bending(cell.geometry.body_length)[0]), state.jumped
 
 
 def actuator_angles(pressures_kpa: Sequence[float], **changes: Any) -> Iterator[Found]:

@@ -25,7 +25,6 @@ PLAUSIBLE = {
     "body_diameter": (1e-6, 2.0, "m", _MILLIMETRES),
     "stiff_tip": (0.0, 2.0, "m", _MILLIMETRES),
     "held_length": (0.0, 2.0, "m", _MILLIMETRES),
-    "held_share": (0.0, 1.0, "of the pressures", ""),
     "base_lag": (-2.0, 2.0, "m", _MILLIMETRES),
     "tip_offset": (-1.0, 1.0, "m", _MILLIMETRES),
     "mass_per_length": (0.0, 1e4, "kg/m", "; is it in grams?"),
@@ -97,8 +96,7 @@ class Actuator:
         softer section turns more. Zero: the same turn for all sections.
     tip_offset : largest distance of the cap from the end of the arc [m].
     tip_offset_curvature : curvature at which the distance is 71 % of the largest [1/m].
-    held_length : length, both ends together, over which base and cap hold the chambers' walls [m].
-    held_share : share of the pressures that the walls yield to there; at zero the chambers keep their volume.
+    held_length : length, both ends together, over which the chambers keep their volume [m].
     shear_compliance : lean of a section against the axis per transverse force [1/N]; zero for a rod that does
         not shear.
 
@@ -120,7 +118,6 @@ class Actuator:
     tip_offset: Number = 0.0
     tip_offset_curvature: Number = 1.0
     held_length: Number = 0.0
-    held_share: Number = 0.0
     shear_compliance: Number = 0.0
 
     def __post_init__(self) -> None:

@@ -3,10 +3,9 @@
 All numbers are fitted to the unloaded states of the ``fit`` runs only. First the axial compliance of the
 ends: with it the cell has the curvature of the actuator's middle. Then, with the cell of that compliance,
 five numbers of `rodmodel.Actuator` fit the arc to the tip's pose: its position, and that of a point half a
-body's length ahead of it. A sixth fits the cell's chamber volumes to the actuator's: the length over which
-walls yield to half of the pressures alone. The base acts by a moment; the rotation follows from the cell's
-stiffness, relative to the stiffness at rest. The cell has the mesh of the runs, so that neither the mesh nor
-the error of a law affects the numbers.
+body's length ahead of it. A sixth fits the cell's chamber volumes to the actuator's. The base acts by a
+moment; the rotation follows from the cell's stiffness, relative to the stiffness at rest. The cell has the
+mesh of the runs, so that neither the mesh nor the error of a law affects the numbers.
 """
 
 from dataclasses import dataclass, replace
@@ -35,9 +34,6 @@ PARAMETERS = {
 # alone, and would take both numbers of it to infinity. An offset is at most half of the diameter.
 _LEAST = np.array([-50.0, -30.0, -6.0, -6.0, 0.1])
 _MOST = np.array([50.0, 30.0, 30.0, 6.0, 40.0])
-# Share of the pressures that walls next to base and cap yield to. With none, chambers that grow want another
-# held length than those that shrink, and a fit of more pressure another than one of less.
-_HELD_SHARE = 0.5
 # Starts of the search: near the paper's ends; and no ends, so that none fit worse than those.
 _STARTS = np.ones(len(PARAMETERS)), np.array([0.0, 0.0, 0.0, 0.0, 1.0])
 
@@ -162,10 +158,7 @@ def fit_ends(truth: xr.Dataset, body_length: float, cap_length: float, complianc
     """
     chosen = _fit_states(truth)
     cell = cell_bending(chosen, compliance)
-    yielding = cell_bending(chosen.assign(pressure=_HELD_SHARE * chosen["pressure"]), compliance)
-    held, held_error, *volumes = _held_length(
-        body_length, cell.volume, yielding.volume, chosen["volume"].values
-    )
+    held, held_error, *volumes = _held_length(body_length, cell.volume, chosen["volume"].values)
     at_rest = float(np.trace(cell.stiffness[0, :2, :2])) / 2.0
     actuator = _Poses(
         cell.curvature,
@@ -196,7 +189,6 @@ def fit_ends(truth: xr.Dataset, body_length: float, cap_length: float, complianc
             **dict(zip(PARAMETERS, (units * x).tolist(), strict=True)),
             "base_stiffness": at_rest,
             "held_length": held,
-            "held_share": _HELD_SHARE,
         },
         standard_errors={**dict(zip(PARAMETERS, errors.tolist(), strict=True)), "held_length": held_error},
         before=before,
@@ -213,18 +205,14 @@ def fit_ends(truth: xr.Dataset, body_length: float, cap_length: float, complianc
 
 
 def _held_length(
-    body_length: float,
-    cell: Float[np.ndarray, "cells 3"],
-    yielding: Float[np.ndarray, "cells 3"],
-    actuator: Float[np.ndarray, "states 3"],
+    body_length: float, cell: Float[np.ndarray, "cells 3"], actuator: Float[np.ndarray, "states 3"]
 ) -> tuple[float, float, float, float]:
     """Return the held length, its standard error [m], and root mean square volume errors [m³].
 
-    ``cell`` and ``yielding`` have volumes per length, at rest and then at the states and at a share of their
-    pressures [m²]; ``actuator`` has volumes at the states [m³].
+    Over the held length the ends keep the chambers in their rest shape. ``cell`` has volumes per length, at
+    rest and then at the states [m²]; ``actuator`` has volumes at the states [m³].
     """
-    held = cell[0] + _HELD_SHARE * (yielding[1:] - yielding[0])
-    change = body_length * (cell[1:] - held).ravel()
+    change = body_length * (cell[1:] - cell[0]).ravel()
     excess = (body_length * cell[1:] - actuator).ravel()
     share = float(change @ excess / (change @ change))
     residual = excess - share * change

@@ -17,7 +17,7 @@ from rodmodel import Calibration
 _MOST = 4.0
 # Fewest fit runs: each is left out once, to tell the ends' error.
 _FEWEST = 2
-_NAMES = (*PARAMETERS, "base_stiffness", "held_length", "held_share", "shear_compliance")
+_NAMES = (*PARAMETERS, "base_stiffness", "held_length", "shear_compliance")
 
 
 def end_compliance(design: Design, runs: xr.Dataset) -> dict[str, Any]:

@@ -27,7 +27,6 @@ _ACTUATOR = {
     "tip_offset": (1, 0, 0),
     "tip_offset_curvature": (-1, 0, 0),
     "held_length": (1, 0, 0),
-    "held_share": (0, 0, 0),
     "shear_compliance": (-2, -1, 0),
 }
 # The same by the unit at the end of a name, in a file's errors.

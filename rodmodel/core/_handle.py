@@ -25,7 +25,6 @@ ENDS = (
     "tip_offset",
     "tip_offset_curvature",
     "held_length",
-    "held_share",
     "shear_compliance",
 )
 #: Arrays of `rm_law` that lie in the structure itself.

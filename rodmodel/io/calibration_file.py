@@ -5,7 +5,7 @@
      "actuator": {"body_length_m", "cap_length_m", "body_diameter_m",
                   "mass_per_length_kg_per_m", "cap_mass_kg", and, where known, "stiff_tip_m",
                   "base_turn_rad_per_pa", "base_lag_m", "base_stiffness_n_m2", "tip_offset_m",
-                  "tip_offset_curvature_per_m", "held_length_m", "held_share", "shear_compliance_per_n"},
+                  "tip_offset_curvature_per_m", "held_length_m", "shear_compliance_per_n"},
      "section_law": {"kind", "ridge_slope", "pressure_scale_pa", "curvature_scale_per_m", "energy_scale_n",
                      "rest_volume_m2", "symmetry", and, by name, the arrays of `RidgeArrays`},
      "domain": {"pressure_max_pa" (three), "pressure_sum_max_pa", "moment_max_nm",
@@ -67,7 +67,6 @@ _ACTUATOR = {
     "tip_offset": "tip_offset_m",
     "tip_offset_curvature": "tip_offset_curvature_per_m",
     "held_length": "held_length_m",
-    "held_share": "held_share",
     "shear_compliance": "shear_compliance_per_n",
 }
 

@@ -49,7 +49,6 @@ RANGES: Mapping[str, Range] = {
     "actuator.tip_offset_m": Range(-1.0, 1.0, "m", optional=True),
     "actuator.tip_offset_curvature_per_m": Range(1e-6, 1e6, "1/m", optional=True),
     "actuator.held_length_m": Range(0.0, 10.0, "m", optional=True),
-    "actuator.held_share": Range(0.0, 1.0, "", optional=True),
     "actuator.shear_compliance_per_n": Range(0.0, 1e4, "1/N", optional=True),
     "section_law.pressure_scale_pa": _PRESSURE,
     "section_law.curvature_scale_per_m": Range(1e-3, 1e6, "1/m"),

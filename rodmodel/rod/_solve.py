@@ -146,11 +146,10 @@ def _chamber_volume(
 ) -> Float[Array, "3"]:
     """Compute the volume of the sections [m³], −∂/∂p of their potential at a fixed shape.
 
-    The sections of the stiff tip have the free curvature. Over the held length they have the energy of a
-    share of the pressures, free of moments, and the volume at rest for the rest of the pressures. One
-    vectorised derivative covers all.
+    The sections of the stiff tip have the free curvature, and over the held length the chambers keep
+    their volume at rest. One vectorised derivative covers all.
     """
-    held, share = rod.actuator.held_length, rod.actuator.held_share
+    held = rod.actuator.held_length
     free, zero = law.free_curvature, jnp.zeros_like(law.free_curvature)
     curvatures, weights = shape.samples()
     curvatures = jnp.concatenate([curvatures, free[None]])
@@ -161,15 +160,9 @@ def _chamber_volume(
     ) -> Float[Array, ""]:
         return weights @ jax.vmap(rod.section.contracted(pressure).energy)(curvatures)
 
-    part = share * pressure
-    yielding = rod.section.free_curvature(part)
-    first, none = jnp.zeros_like(weights).at[0], jnp.zeros_like(curvatures)
-    ends = (
-        (part, none.at[0].set(yielding), first.set(share * held)),
-        (zero, none, first.set((1.0 - share) * held)),
-    )
-    everywhere = jax.tree.map(lambda *rows: jnp.stack(rows), (pressure, curvatures, weights), *ends)
-    return -jnp.sum(jax.vmap(jax.grad(potential))(*everywhere), axis=0)
+    at_rest = zero, jnp.zeros_like(curvatures), jnp.zeros_like(weights).at[0].set(held)
+    both = jax.tree.map(lambda *rows: jnp.stack(rows), (pressure, curvatures, weights), at_rest)
+    return -jnp.sum(jax.vmap(jax.grad(potential))(*both), axis=0)
 
 
 def _norm(vector: Float[Array, "3"]) -> Float[Array, ""]:

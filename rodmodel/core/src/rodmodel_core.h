@@ -108,8 +108,7 @@ typedef struct {
     rm_real base_stiffness;         /* bending stiffness for which both hold [N m^2]; 0: for any */
     rm_real tip_offset;             /* largest distance of the cap from the end of the arc */
     rm_real tip_offset_curvature;   /* curvature at which the distance is 71 % of the largest [1/m] */
-    rm_real held_length;            /* length over which base and cap hold the chambers' walls */
-    rm_real held_share;             /* share of the pressures that the walls yield to there, 0 to 1 */
+    rm_real held_length;            /* length over which chambers keep their volume */
     rm_real shear_compliance;       /* lean of a section per transverse force [1/N] */
 } rm_actuator;
 

@@ -230,27 +230,9 @@ static rm_real count_half_turns(const solve_state *at)
     return half_turns(&count, forward, up);
 }
 
-/* Add the volumes of a length of sections, free or straight, at other pressures than the rod's. */
-static void add_volumes_at(solve_state *at, const rm_real *pressure, int free, rm_real length, rm_real *volume)
-{
-    contracted other = at->section;
-    section_state state;
-    rm_real part[3];
-    /* Overwrites c phi'' and c phi''' alone: stations and derivatives compute them anew from the offsets. */
-    contract(&at->rod->law, pressure, 0, at->features, at->section.bend, &other);
-    other.jerk = other.bend;
-    const vec u = free ? find_free_curvature(&other, &state) : no_vec();
-    memset(at->lifts, 0, (size_t)other.total * sizeof(rm_real));
-    add_lifts(&other, u, length, at->lifts);
-    volumes_of(&other, pressure, at->lifts, length, scale(length, u), at->features, part);
-    for (int k = 0; k < 3; k++) {
-        volume[k] += part[k];
-    }
-}
-
 /* Chamber volumes, -d/dp of the rod's energy: a quadrature over the nodes; the stiff tip, less the held length, at the
- * free curvature; the held length; and the work of the loads on base and cap, which the pressures move. With that
- * work, dV/dF is dx/dp of the tip. */
+ * free curvature; the held length, at rest; and the work of the loads on base and cap, which the pressures move. With
+ * that work, dV/dF is dx/dp of the tip. */
 static void put_volumes(solve_state *at, const rm_real *pressure, rm_real *volume)
 {
     const rm_actuator *a = &at->rod->actuator;
@@ -281,12 +263,16 @@ static void put_volumes(solve_state *at, const rm_real *pressure, rm_real *volum
     }
     if (a->held_length != R(0.0)) {
         static const rm_real none[3] = {R(0.0), R(0.0), R(0.0)};
-        const rm_real share = a->held_share;
-        if (share != R(0.0)) {
-            const rm_real part[3] = {share * pressure[0], share * pressure[1], share * pressure[2]};
-            add_volumes_at(at, part, 1, share * a->held_length, volume);
+        rm_real rest[3];
+        contracted still = at->section;
+        /* Overwrites c phi'' and c phi''': stations and derivatives compute them anew from the offsets. */
+        contract(&at->rod->law, none, 0, at->features, at->section.bend, &still);
+        memset(at->lifts, 0, (size_t)total * sizeof(rm_real));
+        add_lifts(&still, no_vec(), a->held_length, at->lifts);
+        volumes_of(&still, none, at->lifts, a->held_length, no_vec(), at->features, rest);
+        for (int k = 0; k < 3; k++) {
+            volume[k] += rest[k];
         }
-        add_volumes_at(at, none, 0, (R(1.0) - share) * a->held_length, volume);
     }
 }
 

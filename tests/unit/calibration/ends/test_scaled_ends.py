@@ -35,9 +35,7 @@ def test_the_ends_of_a_similar_actuator_are_the_same_scaled(monkeypatch):
         # A compliance goes as one over modulus and length.
         curvature = 1.01 * (1.0 - 10.0 * MODULUS * LENGTH * compliance) * paper.CURVATURE / LENGTH
         stiffness = MODULUS * LENGTH**4 * paper.STIFFNESS
-        share = float(chosen["pressure"].values.max()) / (MODULUS * paper.PRESSURE.max())
-        volume = LENGTH**2 * paper.volumes_at(share)
-        return ends.Bending(curvature, np.full(len(curvature), 1.01), volume, stiffness)
+        return ends.Bending(curvature, np.full(len(curvature), 1.01), LENGTH**2 * paper.VOLUME, stiffness)
 
     monkeypatch.setattr(ends, "cell_bending", bending)
     found = ends.fit_ends(truth_of_similar(), LENGTH * paper.BODY, LENGTH * paper.CAP, 0.0)
@@ -49,8 +47,7 @@ def test_the_ends_of_a_similar_actuator_are_the_same_scaled(monkeypatch):
         "tip_offset_curvature": 1.0 / LENGTH,
     }
     planted = {name: factors[name] * value for name, value in paper.PLANTED.items()}
-    planted |= {"base_stiffness": MODULUS * LENGTH**4 * paper.AT_REST}
-    planted |= {"held_length": LENGTH * paper.HELD, "held_share": paper.SHARE}
+    planted |= {"base_stiffness": MODULUS * LENGTH**4 * paper.AT_REST, "held_length": LENGTH * paper.HELD}
     assert found.values == pytest.approx(planted, rel=1e-6)
 
 

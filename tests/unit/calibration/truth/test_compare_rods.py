@@ -36,7 +36,7 @@ STIFFNESS = AT_REST * np.array(
     ]
 )
 SOFTNESS = AT_REST * np.linalg.inv(STIFFNESS[1:])
-HELD, SHARE = 4.2e-3, 0.5
+HELD = 4.2e-3
 COMPLIANCE = 0.2e-3  # [m/N]
 # Of the cell's chambers per length, at rest and at the states [m²].
 VOLUME = 1e-6 * np.array(
@@ -59,17 +59,6 @@ PRESSURE = 1e3 * np.array(
 )
 
 
-def volumes_at(share: float) -> np.ndarray:
-    """Chambers of the cell at rest and at a share of the states' pressures; less than linear in them."""
-    return VOLUME[0] + share**0.7 * (VOLUME - VOLUME[0])
-
-
-def held_volumes(held: float) -> np.ndarray:
-    """Chambers of an actuator whose walls yield to a share of the pressures over a length."""
-    yielding = VOLUME[0] + SHARE * (volumes_at(SHARE)[1:] - VOLUME[0])
-    return BODY * VOLUME[1:] - held * (VOLUME[1:] - yielding)
-
-
 def truth_of(role="fit", **changed) -> xr.Dataset:
     """Runs of an actuator that is an arc between ends."""
     count = len(CURVATURE)
@@ -85,7 +74,7 @@ def truth_of(role="fit", **changed) -> xr.Dataset:
         "tip_rotation": (("state", "row", "column"), np.stack([rod, rod, axis], axis=2)),
         "middle_shear": (("state", "across"), rod[:, :2]),
         "middle_force": (("state", "across"), rod[:, :2]),
-        "volume": (("state", "chamber"), held_volumes(HELD)),
+        "volume": (("state", "chamber"), BODY * VOLUME[1:] - HELD * (VOLUME[1:] - VOLUME[0])),
         # None of these has a say in the ends.
         **{name: (("state",), np.zeros(count)) for name in ("bending_angle", "bending_plane", "residual")},
         "jumped": (("state",), np.zeros(count)),
@@ -103,8 +92,7 @@ def known_cell(monkeypatch):
 
     def bending(chosen, compliance):
         curvature = 1.01 * (1.0 - 10.0 * compliance) * CURVATURE
-        volume = volumes_at(float(chosen["pressure"].values.max()) / PRESSURE.max())
-        return ends.Bending(curvature, np.full(len(CURVATURE), 1.01), volume, STIFFNESS)
+        return ends.Bending(curvature, np.full(len(CURVATURE), 1.01), VOLUME, STIFFNESS)
 
     monkeypatch.setattr(ends, "cell_bending", bending)
 
@@ -142,7 +130,7 @@ def test_the_ends_are_found(known_cell):
     """Planted ones, to the tolerance of the least squares; with noise, within three standard errors."""
     found = ends.fit_ends(truth_of(), BODY, CAP, 0.0)
     assert found.values == pytest.approx(
-        {**PLANTED, "base_stiffness": AT_REST, "held_length": HELD, "held_share": SHARE}, rel=1e-6
+        {**PLANTED, "base_stiffness": AT_REST, "held_length": HELD}, rel=1e-6
     )
     assert found.before > 1e-4 > 1e-9 > found.after
     assert found.volume_before > 1e-8 > 1e-18 > found.volume_after
@@ -290,9 +278,9 @@ def test_the_command_writes_the_ends_into_files(known_cell, tmp_path, capsys):
 
 
 def test_a_winding_with_fit_runs_has_ends_of_its_own(known_cell, tmp_path, capsys):
-    """Those of its runs, and the other windings those of the paper's: here half of the length is held."""
+    """Those of its runs, and the other windings those of the paper's: here chambers keep half as much."""
     wide = truth_of(
-        volume=(("state", "chamber"), held_volumes(0.5 * HELD)),
+        volume=(("state", "chamber"), BODY * VOLUME[1:] - 0.5 * HELD * (VOLUME[1:] - VOLUME[0])),
         case=(("state",), np.array(["pitch6-chamber2-fit"] * 5, dtype=object)),
     )
     judge = truth_of(role="judge", case=(("state",), np.array(["pitch4-chamber1"] * 5, dtype=object)))

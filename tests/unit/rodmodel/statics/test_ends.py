@@ -139,11 +139,6 @@ def test_chambers_held_at_the_ends_change_their_volume_by_so_much_less() -> None
     length = held.actuator.body_length
     np.testing.assert_allclose(found.chamber_volume, rest + (1.0 - 4.5e-3 / length) * change, rtol=1e-12)
     np.testing.assert_allclose(found.tip_position, free.solve(PRESSURE).tip_position, atol=1e-16)
-    yielding = rod_with(held_length=4.5e-3, held_share=0.5).solve(PRESSURE)
-    half = free.solve(0.5 * PRESSURE).chamber_volume - rest
-    np.testing.assert_allclose(
-        yielding.chamber_volume, found.chamber_volume + 0.5 * 4.5e-3 / length * half, rtol=1e-12
-    )
 
 
 @pytest.mark.parametrize("make", EACH)

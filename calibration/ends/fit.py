@@ -209,14 +209,17 @@ def _held_length(
 ) -> tuple[float, float, float, float]:
     """Return the held length, its standard error [m], and root mean square volume errors [m³].
 
-    Over the held length the ends keep the chambers in their rest shape. ``cell`` has volumes per length, at
+    Over the held length the ends keep the chambers in their rest shape. What is left grows with the volumes'
+    change, so the square of a state's error counts by one over its change. ``cell`` has volumes per length, at
     rest and then at the states [m²]; ``actuator`` has volumes at the states [m³].
     """
-    change = body_length * (cell[1:] - cell[0]).ravel()
-    excess = (body_length * cell[1:] - actuator).ravel()
-    share = float(change @ excess / (change @ change))
+    change = body_length * (cell[1:] - cell[0])
+    excess = body_length * cell[1:] - actuator
+    weight = 1.0 / np.linalg.norm(change, axis=1, keepdims=True)
+    scale = float(np.sum(weight * change**2))
+    share = float(np.sum(weight * change * excess)) / scale
     residual = excess - share * change
-    error = float(np.sqrt(residual @ residual / (residual.size - 1) / (change @ change)))
+    error = float(np.sqrt(np.sum(weight * residual**2) / (residual.size - 1) / scale))
     before, after = (float(np.sqrt(np.mean(part**2))) for part in (excess, residual))
     return share * body_length, error * body_length, before, after
 

@@ -209,9 +209,9 @@ def _held_length(
 ) -> tuple[float, float, float, float]:
     """Return the held length, its standard error [m], and root mean square volume errors [m³].
 
-    Over the held length the ends keep the chambers in their rest shape. What is left grows with the volumes'
-    change, so the square of a state's error counts by one over its change. ``cell`` has volumes per length, at
-    rest and then at the states [m²]; ``actuator`` has volumes at the states [m³].
+    Over the held length the ends keep the chambers in their rest shape. What is left grows with the change of
+    the volumes, so the square of a state's error counts by one over its change. ``cell`` has volumes per
+    length, at rest and then at the states [m²]; ``actuator`` has volumes at the states [m³].
     """
     change = body_length * (cell[1:] - cell[0])
     excess = body_length * cell[1:] - actuator

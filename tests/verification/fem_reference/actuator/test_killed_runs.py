@@ -104,7 +104,7 @@ def stop_when(process: subprocess.Popen, begun, how: signal.Signals) -> None:
     if how == signal.SIGKILL:
         assert process.returncode == -signal.SIGKILL
     else:
-        assert process.returncode == 130
+        assert process.returncode == 130, err
         assert "interrupted" in err
         assert err.count("\n") == 1, err
     assert psutil.wait_procs(family, timeout=WAIT)[1] == []

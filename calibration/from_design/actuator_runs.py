@@ -1,14 +1,6 @@
 """Stage 3: runs of the full actuator in parallel processes, some for its ends and others to judge the rod."""
 
-import multiprocessing
-import os
-import signal
-import threading
-import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from multiprocessing import connection
-from multiprocessing.context import SpawnProcess
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -18,6 +10,7 @@ from jaxtyping import Float
 
 from calibration.from_design.stage_record import StageError, key_of
 from calibration.from_design.task import Level, Task
+from calibration.processes import Job, JobError, run_jobs
 from calibration.progress import progress_bar
 from calibration.sweep import edge
 from calibration.truth import TruthCase, TruthError, gather, trace
@@ -28,7 +21,6 @@ from fem_reference import (
     RunError,
     design_text,
     level_record,
-    prepare_process,
 )
 from rodmodel import Domain
 from rodmodel.io import write_atomically
@@ -38,8 +30,6 @@ _FIT, _JUDGE = (0.25, 0.5, 0.75, 0.95), (0.2, 0.45, 0.7, 0.92)
 # Largest share of the budget that the runs take, and a time that they have in any case [s]. Those that are
 # not done by then end early.
 _SHARE, _ALWAYS = 0.4, 480.0
-_POLL = 0.5  # [s]
-_END = 5.0  # time for a process to end before it is killed [s]
 
 
 def cases_for(task: Task, domain: Domain) -> tuple[TruthCase, ...]:
@@ -122,67 +112,30 @@ def run_actuators(task: Task, cases: Sequence[TruthCase]) -> tuple[xr.Dataset, d
 def _trace_all(task: Task, pending: Sequence[TruthCase], directory: Path, level: Level, limit: float) -> None:
     """Trace cases in processes until they are done, or a time is over [s]."""
     directory.mkdir(parents=True, exist_ok=True)
-    waiting, team, begun = list(pending), dict[str, SpawnProcess](), time.monotonic()
+    jobs = [Job(case.name, _trace, (case, directory, level, task.command, task.design)) for case in pending]
     counted = _states(directory, pending)
-    with progress_bar(sum(len(case.loads) for case in pending), "states") as advance, _ended(team):
+    with progress_bar(sum(len(case.loads) for case in pending), "states") as advance:
         advance(counted, "actuator")
-        while waiting or team:
-            while waiting and len(team) < task.workers:
-                case = waiting.pop(0)
-                team[case.name] = _begun(case, directory, level, task)
-            time.sleep(_POLL)
-            if time.monotonic() - begun > limit:
-                for case in [*waiting, *(case for case in pending if case.name in team)]:
-                    write_atomically(_out_of_time(directory, case), f"{limit}")
-                return
+
+        def watch(names: Collection[str]) -> None:
+            nonlocal counted
             now = _states(directory, pending)
-            advance(now - counted, ", ".join(team))
+            advance(now - counted, ", ".join(names))
             counted = now
-            for name in [name for name, process in team.items() if not process.is_alive()]:
-                process = team.pop(name)
-                if process.exitcode != 0:
-                    raise StageError(
-                        f"actuator runs: the process of {name} ended with {process.exitcode}; its states "
-                        f"are in {directory}, run again to resume"
-                    )
 
-
-@contextmanager
-def _ended(team: dict[str, SpawnProcess]) -> Iterator[None]:
-    """End the processes that are left, as after Ctrl-C."""
-    try:
-        yield
-    finally:
-        for process in team.values():
-            process.terminate()
-        for process in team.values():
-            process.join(_END)
-            if process.is_alive():
-                process.kill()
-                process.join()
-
-
-def _begun(case: TruthCase, directory: Path, level: Level, task: Task) -> SpawnProcess:
-    """Start a process that traces a case and ignores Ctrl-C, which a terminal sends to all of them."""
-    context = multiprocessing.get_context("spawn")
-    process = context.Process(
-        target=_trace, args=(case, directory, level, task.command, task.design), daemon=True
-    )
-    if os.name != "posix":
-        process.start()
-        return process
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        process.start()
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-    return process
+        try:
+            late = run_jobs(jobs, task.workers, watch, limit)
+        except JobError as error:
+            raise StageError(
+                f"actuator runs: {error}; its states are in {directory}, run again to resume"
+            ) from error
+    for case in pending:
+        if case.name in late:
+            write_atomically(_out_of_time(directory, case), f"{limit}")
 
 
 def _trace(case: TruthCase, directory: Path, level: Level, command: str, design: Design) -> None:
     """Trace one case in a process; its states are on file, and why it ended early."""
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    prepare_process()
     try:
         for _ in trace(case, directory, level, command, design):
             pass
@@ -190,14 +143,6 @@ def _trace(case: TruthCase, directory: Path, level: Level, command: str, design:
         write_atomically(_failure(directory, case), f"{error}")
     except RunError as error:
         raise SystemExit(f"actuator runs: {error}") from error
-
-
-def _end_with_parent() -> None:
-    """End this process when its parent is gone, even killed."""
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-    connection.wait([parent.sentinel])
-    os._exit(1)
 
 
 def _failure(directory: Path, case: TruthCase) -> Path:

@@ -1,6 +1,7 @@
 """From a design to a calibration: all stages in their order, each from its files where these are there."""
 
 import math
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -69,7 +70,7 @@ def calibrate(task: Task, say: Say = print, iterations: int = ITERATIONS) -> Fin
 
 @dataclass(frozen=True)
 class _Begun:
-    """Results of the stages before the sweep, and the task with the mesh that was chosen."""
+    """Results of the stages before the sweep, with the mesh that was chosen; time of range and mesh [s]."""
 
     task: Task
     ends: tuple[PathEnd, ...]
@@ -78,6 +79,7 @@ class _Begun:
     runs: xr.Dataset | None
     compliance: dict[str, Any]
     notes: list[str]
+    seconds: float
 
 
 def _calibrate(task: Task, say: Say, iterations: int, stages: Stages) -> Findings:
@@ -135,6 +137,7 @@ def _calibrate(task: Task, say: Say, iterations: int, stages: Stages) -> Finding
 def _begin(task: Task, say: Say, stages: Stages) -> _Begun:
     """Run the stages before the sweep: range, mesh, runs of the full actuator."""
     notes: list[str] = []
+    clock = time.monotonic()
     stages.begin("range")
     ends = find_range(task)
     domain = domain_of(task.design, ends)
@@ -161,6 +164,7 @@ def _begin(task: Task, say: Say, stages: Stages) -> _Begun:
     )
     if not task.budget.converged and task.meshes is None:
         say("mesh: coarse, as budgets below 1h have no time for the mesh near its limit")
+    seconds = time.monotonic() - clock
     stages.begin("actuator runs")
     cases = cases_for(task, domain)
     try:
@@ -182,7 +186,7 @@ def _begin(task: Task, say: Say, stages: Stages) -> _Begun:
             lambda: end_compliance(task.design, runs),
         )
     say(f"end compliance: {1e3 * compliance['value']:.3g} mm/N, from {compliance['from']}")
-    return _Begun(task, ends, domain, mesh, runs, compliance, notes)
+    return _Begun(task, ends, domain, mesh, runs, compliance, notes, seconds)
 
 
 def _meshes(task: Task, domain: Domain) -> MeshCheck:
@@ -220,7 +224,7 @@ def _planned(task: Task, begun: _Begun, say: Say) -> dict[str, Any]:
     def chosen() -> dict[str, Any]:
         number = len(cases_for(task, begun.domain))
         runs = min(number * _RUN * first / task.workers, time_limit(task))
-        others = _FIT * task.budget.seconds + runs
+        others = begun.seconds + _FIT * task.budget.seconds + runs
         seconds = max(0.9 * task.budget.seconds - others, _SWEEP * task.budget.seconds)
         paths = paths_within(plan, begun.mesh.seconds, seconds, task.workers)
         states = sum(len(path.loads) for path in replace(plan, paths=paths).design())

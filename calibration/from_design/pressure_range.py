@@ -6,17 +6,18 @@ domain leaves less pressure to chambers beside each other. A design that names i
 same paths then tell what happens on the way.
 """
 
+import contextlib
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
 
-from calibration.from_design.stage_record import StageError, kept
+from calibration.from_design.stage_record import StageError, kept, on_file
 from calibration.from_design.task import Task
+from calibration.processes import Job, JobError, run_jobs
 from calibration.progress import progress_bar
 from calibration.sweep import usual_end_compliance, usual_moments
 from fem_reference import CellError, CellState, Design, Load, PeriodCell, design_text, follow, level_record
@@ -98,39 +99,76 @@ def find_range(task: Task) -> tuple[PathEnd, ...]:
     StageError
         If there is no mesh of the cell, or it gives way at the first step of a path.
     """
-    compliance, level = first_compliance(task.design), task.levels.first
-    common = {
-        "design": design_text(task.design),
-        "mesh": level_record(level),
-        "end_compliance": compliance,
-        "angle": task.angle,
-    }
-    cell: list[PeriodCell] = []
+    paths, ends = range_paths(task.design), []
+    missing = [chambers for chambers in paths if not _is_on_file(task, chambers)]
+    with progress_bar(len(paths), "paths") as advance:
+        advance(len(paths) - len(missing), "range")
+        if len(missing) > 1 and task.workers > 1:
+            _follow_all(task, missing, advance)
+        for chambers in paths:
+            known = _is_on_file(task, chambers)
+            # A path that failed in a process has no file, and fails here again, with its error.
+            ends.append(_follow_one(task, chambers))
+            advance(0 if known else 1, title_of(chambers))
+    return tuple(ends)
 
-    def follow_one(chambers: tuple[int, ...]) -> dict[str, Any]:
-        if not cell:
-            try:
-                cell.append(PeriodCell.of(task.design, level, compliance))
-            except ValueError as error:
-                raise StageError(f"range: {error}") from error
+
+def _follow_all(task: Task, paths: Sequence[tuple[int, ...]], advance: Callable[[int, str], None]) -> None:
+    """Follow paths in processes; one that fails leaves no file."""
+    counted = 0
+
+    def watch(names: Collection[str]) -> None:
+        nonlocal counted
+        now = sum(_is_on_file(task, chambers) for chambers in paths)
+        advance(now - counted, ", ".join(names))
+        counted = now
+
+    jobs = [Job(title_of(chambers), _try_one, (task, chambers)) for chambers in paths]
+    try:
+        run_jobs(jobs, task.workers, watch)
+    except JobError as error:
+        raise StageError(f"range: {error}; run again to resume") from error
+    watch(())
+
+
+def _try_one(task: Task, chambers: tuple[int, ...]) -> None:
+    with contextlib.suppress(StageError):
+        _follow_one(task, chambers)
+
+
+def _follow_one(task: Task, chambers: tuple[int, ...]) -> PathEnd:
+    """Follow a path to its end, or read that from its file."""
+
+    def end() -> dict[str, Any]:
+        try:
+            cell = PeriodCell.of(task.design, task.levels.first, first_compliance(task.design))
+        except ValueError as error:
+            raise StageError(f"range: {error}") from error
         return path_end(
-            lambda loads, start: follow(cell[0], loads, start=start, jumps=False),
+            lambda loads, start: follow(cell, loads, start=start, jumps=False),
             chambers,
             task.design,
             task.angle,
-            lambda state: stretch_beyond_tests(cell[0], state),
+            lambda state: stretch_beyond_tests(cell, state),
         ).record()
 
-    paths, ends = range_paths(task.design), []
-    with progress_bar(len(paths), "paths") as advance:
-        for chambers in paths:
-            advance(0, title_of(chambers))
-            stage = f"range-{''.join(map(str, chambers))}"
-            inputs = {**common, "chambers": chambers}
-            record = kept(task.directory, stage, inputs, partial(follow_one, chambers))
-            ends.append(PathEnd.of(record))
-            advance(1, title_of(chambers))
-    return tuple(ends)
+    return PathEnd.of(kept(task.directory, *_stage(task, chambers), end))
+
+
+def _stage(task: Task, chambers: tuple[int, ...]) -> tuple[str, dict[str, Any]]:
+    """Return the name of a path's file, and what its end depends on."""
+    inputs = {
+        "design": design_text(task.design),
+        "mesh": level_record(task.levels.first),
+        "end_compliance": first_compliance(task.design),
+        "angle": task.angle,
+        "chambers": chambers,
+    }
+    return f"range-{''.join(map(str, chambers))}", inputs
+
+
+def _is_on_file(task: Task, chambers: tuple[int, ...]) -> bool:
+    return on_file(task.directory, *_stage(task, chambers)) is not None
 
 
 def first_compliance(design: Design) -> float:

@@ -35,14 +35,12 @@ def kept(
     inputs : all that the result depends on, in the types of JSON.
     compute : returns the result, in the types of JSON.
     """
-    file = directory / f"{stage}.json"
-    wanted = json.loads(json.dumps({"version": _VERSION, **inputs}))
-    found = _read(file)
-    if found is not None and found.get("inputs") == wanted and isinstance(found.get("result"), dict):
-        result: dict[str, Any] = found["result"]
-        return result
+    file, wanted = _file(directory, stage), _wanted(inputs)
+    found = on_file(directory, stage, inputs)
+    if found is not None:
+        return found
     begun = time.monotonic()
-    result = json.loads(json.dumps(compute()))
+    result: dict[str, Any] = json.loads(json.dumps(compute()))
     record = {
         "stage": stage,
         "code_version": code_version(),
@@ -54,6 +52,23 @@ def kept(
     directory.mkdir(parents=True, exist_ok=True)
     write_atomically(file, json.dumps(record, indent=1) + "\n")
     return result
+
+
+def on_file(directory: Path, stage: str, inputs: Mapping[str, Any]) -> dict[str, Any] | None:
+    """Return the result of a stage if its file has the same inputs; else None."""
+    found = _read(_file(directory, stage))
+    if found is None or found.get("inputs") != _wanted(inputs) or not isinstance(found.get("result"), dict):
+        return None
+    result: dict[str, Any] = found["result"]
+    return result
+
+
+def _file(directory: Path, stage: str) -> Path:
+    return directory / f"{stage}.json"
+
+
+def _wanted(inputs: Mapping[str, Any]) -> Any:
+    return json.loads(json.dumps({"version": _VERSION, **inputs}))
 
 
 def _read(file: Path) -> dict[str, Any] | None:

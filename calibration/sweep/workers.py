@@ -1,31 +1,26 @@
 """Loading paths in parallel processes on this machine, connected by private pipes.
 
-No port is open: only this process and its worker hold the ends of a pipe. A worker ends with its parent, so
-that a killed parent leaves no process behind. Pipes need no semaphores.
+No port is open: only this process and its worker hold the ends of a pipe. Pipes need no semaphores.
 """
 
 import contextlib
-import os
 import pickle
-import signal
-import threading
 import traceback
 from collections import deque
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass
-from multiprocessing import connection, get_context, parent_process
+from multiprocessing import connection, get_context
 from multiprocessing.context import SpawnProcess
 from typing import Any
 
+from calibration.processes import end_processes, start_process
 from calibration.sweep.design import LoadingPath
 from calibration.sweep.errors import WorkersDiedError
 from calibration.sweep.loading_sheet import Trace
 from calibration.sweep.tracing import records_of
-from fem_reference import prepare_process
 
 # Workers that may die on one path before the sweep gives up: the system may kill processes too.
 _LIVES = 4
-_END = 5.0  # time for a process to end before it is killed [s]
 
 
 @dataclass
@@ -103,9 +98,7 @@ def _idle(team: list[_Worker], make_trace: Callable[[], Trace], most: int) -> _W
     context = get_context("spawn")
     their_tasks, tasks = context.Pipe(duplex=False)
     results, their_results = context.Pipe(duplex=False)
-    process = context.Process(target=_work, args=(make_trace, their_tasks, their_results), daemon=True)
-    with _interrupts_blocked():
-        process.start()
+    process = start_process(_work, (make_trace, their_tasks, their_results))
     # Only the worker keeps its ends open, so that each side notices when the other is gone.
     their_tasks.close()
     their_results.close()
@@ -117,38 +110,13 @@ def _end(team: list[_Worker]) -> None:
     for worker in team:
         worker.tasks.close()
         worker.results.close()
-        worker.process.terminate()
-    for worker in team:
-        worker.process.join(_END)
-        if worker.process.is_alive():
-            worker.process.kill()
-            worker.process.join()
-        worker.process.close()
-
-
-@contextlib.contextmanager
-def _interrupts_blocked() -> Iterator[None]:
-    """Start processes that ignore Ctrl-C, which a terminal sends to all processes; the parent ends them.
-
-    An interrupt in the meantime reaches this process afterwards.
-    """
-    if os.name != "posix":
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    end_processes(worker.process for worker in team)
 
 
 def _work(
     make_trace: Callable[[], Trace], tasks: connection.Connection, results: connection.Connection
 ) -> None:
     """Trace paths in a worker until its pipe closes."""
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    # Without this, zeroing new pages for matrices takes a third of a path's time, and threads compete.
-    prepare_process()
     with contextlib.suppress(EOFError, BrokenPipeError):
         while True:
             path = tasks.recv()
@@ -169,10 +137,3 @@ def _sendable(error: Exception, path: LoadingPath) -> Exception:
         error = RuntimeError(f"{type(error).__name__}: {error}")
     error.add_note(f"in a worker, on path {path.name}:\n{traceback.format_exc()}")
     return error
-
-
-def _end_with_parent() -> None:
-    parent = parent_process()
-    assert parent is not None
-    connection.wait([parent.sentinel])
-    os._exit(1)

@@ -13,6 +13,7 @@ from calibration.from_design import pressure_range as stage
 from calibration.from_design.pressure_range import PathEnd, domain_of, path_end, range_paths
 from calibration.sweep import inside
 from fem_reference import CellError, Design, DoubleHelix, Ring
+from tests.fem_fixtures import TINY
 from tests.unit.calibration.manufactured_cell import ManufacturedTracer, free_curvature
 
 OPEN = Design()
@@ -156,9 +157,48 @@ def test_paths_that_are_alike_are_followed_once():
     assert len(range_paths(Design(winding=DoubleHelix(psi=0.4)))) == 6
 
 
+def coarse_task(directory: Path, workers: int) -> Task:
+    meshes = Meshes(*["coarse"] * 4)
+    return Task(OPEN, Budget(600.0), directory, "the command", angle=0.9, workers=workers, meshes=meshes)
+
+
+def test_several_workers_follow_the_paths_that_one_does(tmp_path: Path, monkeypatch):
+    """Each path is a job; one that fails there fails here again, with its reason."""
+    asked = []
+
+    def run_jobs(jobs, workers, watch):
+        asked.extend(job.name for job in jobs)
+        for job in jobs:
+            job.target(*job.args)
+
+    def follow(cell, loads, start=None, jumps=False):
+        return ManufacturedTracer()()(loads, start)
+
+    monkeypatch.setattr(stage, "run_jobs", run_jobs)
+    monkeypatch.setattr(stage, "follow", follow)
+    monkeypatch.setattr(stage.PeriodCell, "of", lambda *_: "the cell")
+    monkeypatch.setattr(stage, "stretch_beyond_tests", lambda cell, state: None)
+    one, two = (stage.find_range(coarse_task(tmp_path / str(n), n)) for n in (1, 2))
+    assert len(asked) == 4
+    timeless = [replace(end, seconds=0.0) for end in (*one, *two)]
+    assert timeless[:4] == timeless[4:]
+    monkeypatch.setattr(stage, "stretch_beyond_tests", lambda cell, state: "left the tests")
+    with pytest.raises(StageError, match="range: chamber 1: left the tests below"):
+        stage.find_range(coarse_task(tmp_path / "torn", 2))
+
+
+@pytest.mark.slow
+def test_paths_are_followed_in_processes(tmp_path: Path):
+    """On the fewest elements, to an angle of some degrees."""
+    task = replace(coarse_task(tmp_path, 2), angle=0.1, meshes=Meshes(*[TINY] * 4))
+    ends = stage.find_range(task)
+    assert [end.reason for end in ends] == [stage.ANGLE] * 4
+    assert {file.name for file in tmp_path.iterdir()} == {f"range-{k}.json" for k in ("1", "2", "12", "23")}
+
+
 def test_a_path_on_file_is_not_followed_again(tmp_path: Path, monkeypatch):
     """After an interrupt the next call begins with the path that was cut."""
-    task = Task(OPEN, Budget(600.0), tmp_path, "the command", angle=0.9, meshes=Meshes(*["coarse"] * 4))
+    task = coarse_task(tmp_path, workers=1)
     followed = []
 
     def follow(cell, loads, start=None, jumps=False):

@@ -1,0 +1,38 @@
+"""Work in processes: done, failed, or out of time."""
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from calibration.processes import Job, JobError, run_jobs
+
+
+def write(file: Path) -> None:
+    file.write_text("done")
+
+
+def fail() -> None:
+    raise SystemExit(7)
+
+
+def test_all_jobs_are_done_in_fewer_processes_than_jobs(tmp_path: Path) -> None:
+    files = [tmp_path / name for name in "abc"]
+    seen: list[Sequence[str]] = []
+    jobs = [Job(file.name, write, (file,)) for file in files]
+    assert run_jobs(jobs, 2, lambda names: seen.append(list(names))) == ()
+    assert [file.read_text() for file in files] == ["done"] * 3
+    assert max(len(names) for names in seen) <= 2
+
+
+def test_a_job_that_fails_is_told_by_name() -> None:
+    with pytest.raises(JobError, match="the process of second ended with 7"):
+        run_jobs([Job("second", fail, ())], 1, lambda names: None)
+
+
+def test_jobs_that_have_no_time_are_named_and_their_processes_end() -> None:
+    begun = time.monotonic()
+    jobs = [Job("long", time.sleep, (600.0,)), Job("waiting", time.sleep, (600.0,))]
+    assert run_jobs(jobs, 1, lambda names: None, limit=0.1) == ("long", "waiting")
+    assert time.monotonic() - begun < 60.0

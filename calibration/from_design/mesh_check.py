@@ -6,15 +6,17 @@ cheaper mesh is the sweep's if its angles are within 1.5 % of those on the finer
 
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from calibration.from_design.task import Level, Meshes, level_title
+from calibration.from_design.stage_record import StageError, kept, key_of, on_file
+from calibration.from_design.task import Level, Task, level_title
+from calibration.processes import Job, JobError, run_jobs
 from calibration.progress import progress_bar
-from fem_reference import CellError, Design, Load, PeriodCell, follow, level_record
+from fem_reference import CellError, Design, Load, PeriodCell, design_text, follow, level_record
 from rodmodel import Domain
 
 # Share of the range of pressures at which meshes are compared.
@@ -90,38 +92,39 @@ def _of(errors: Sequence[float], chambers: int) -> float:
     return float(np.max(errors)) if chambers > 2 else errors[chambers - 1]
 
 
-def check_meshes(design: Design, domain: Domain, meshes: Meshes, compliance: float) -> MeshCheck:
+def check_meshes(task: Task, domain: Domain, compliance: float) -> MeshCheck:
     """Compare the angles of a cell on the meshes of a calibration.
+
+    Each load on each mesh has a file of its own, and is solved once.
 
     Parameters
     ----------
-    design, domain : actuator and its range of pressures.
-    meshes : mesh levels.
+    task : calibration to make.
+    domain : range of pressures.
     compliance : of the ends [m/N].
+
+    Raises
+    ------
+    StageError
+        If a process dies.
     """
-    pressures = check_pressures(domain)
-    known: dict[str, tuple[tuple[float, ...], float]] = {}
+    meshes, pressures = task.levels, check_pressures(domain)
 
     def on(level: Level) -> tuple[tuple[float, ...], float]:
-        name = str(level_record(level))
-        if name not in known:
-            known[name] = _angles(design, level, compliance, pressures)
-        return known[name]
+        records = [_solved(task, level, compliance, pressure) for pressure in pressures]
+        angles = (math.nan if record["angle"] is None else record["angle"] for record in records)
+        seconds = [second for record in records for second in record["seconds"]]
+        return tuple(angles), float(np.median(seconds or [math.nan]))
 
-    with progress_bar(3, "meshes") as advance:
-
-        def shown(level: Level) -> tuple[tuple[float, ...], float]:
-            advance(0, level_title(level))
-            found = on(level)
-            advance(1, level_title(level))
-            return found
-
-        actuator, _ = shown(meshes.actuator)
-        finer, _ = shown(meshes.finer)
+    first = (meshes.finer, meshes.actuator, meshes.cheaper or meshes.sweep)
+    with progress_bar(len(first) + 1, "meshes") as advance:
+        _solve_all(task, first, compliance, pressures, advance)
+        (finer, _), (actuator, _) = on(meshes.finer), on(meshes.actuator)
         level, cheaper = meshes.sweep, False
         if meshes.cheaper is not None and is_close(on(meshes.cheaper)[0], finer):
             level, cheaper = meshes.cheaper, True
-        sweep, seconds = shown(level)
+        sweep, seconds = on(level)
+        advance(1, level_title(level))
     return MeshCheck(pressures, sweep, finer, actuator, seconds, cheaper)
 
 
@@ -138,26 +141,69 @@ def check_pressures(domain: Domain) -> tuple[tuple[float, float, float], ...]:
     return (one, 0.0, 0.0), (0.0, two, two)
 
 
-def _angles(
-    design: Design, level: Level, compliance: float, pressures: Sequence[tuple[float, float, float]]
-) -> tuple[tuple[float, ...], float]:
-    """Return the angles at some pressures, and the median time of a state."""
-    angles, seconds = [], []
+def _solve_all(
+    task: Task,
+    levels: Sequence[Level],
+    compliance: float,
+    pressures: Sequence[tuple[float, float, float]],
+    advance: Callable[[int, str], None],
+) -> None:
+    """Solve loads on meshes in processes, where there are several; their results are on file."""
+    jobs = {}
+    for level in levels:
+        for number, pressure in enumerate(pressures):
+            stage, inputs = _stage(task, level, compliance, pressure)
+            if on_file(task.directory, stage, inputs) is None:
+                title = f"{level_title(level)}, load {number + 1}"
+                jobs[stage] = Job(title, _solve, (task, level, compliance, pressure))
+    if task.workers > 1 and len(jobs) > 1:
+        try:
+            run_jobs(list(jobs.values()), task.workers, lambda names: advance(0, "; ".join(names)))
+        except JobError as error:
+            raise StageError(f"mesh: {error}; run again to resume") from error
+    advance(len(levels), "")
+
+
+def _solve(task: Task, level: Level, compliance: float, pressure: tuple[float, float, float]) -> None:
+    _solved(task, level, compliance, pressure)
+
+
+def _solved(
+    task: Task, level: Level, compliance: float, pressure: tuple[float, float, float]
+) -> dict[str, Any]:
+    """Return the angle at a load, null where the cell does not converge, and the times of states."""
+    stage, inputs = _stage(task, level, compliance, pressure)
+    return kept(task.directory, stage, inputs, lambda: _angle_at(task.design, level, compliance, pressure))
+
+
+def _stage(
+    task: Task, level: Level, compliance: float, pressure: tuple[float, float, float]
+) -> tuple[str, dict[str, Any]]:
+    """Return the name of a load's file, and what its angle depends on."""
+    inputs = {
+        "design": design_text(task.design),
+        "mesh": level_record(level),
+        "end_compliance": compliance,
+        "pressure": list(pressure),
+    }
+    return f"mesh-{key_of(inputs)}", inputs
+
+
+def _angle_at(
+    design: Design, level: Level, compliance: float, pressure: tuple[float, float, float]
+) -> dict[str, Any]:
+    seconds: list[float] = []
+    bend: float | None = None
     try:
         cell = PeriodCell.of(design, level, compliance)
-    except ValueError:
-        # No mesh of these counts.
-        return (math.nan,) * len(pressures), math.nan
-    for pressure in pressures:
-        bend, clock = math.nan, time.monotonic()
-        try:
-            for state in follow(cell, [_part(pressure, n / _STEPS) for n in range(1, _STEPS + 1)]):
-                seconds.append(time.monotonic() - clock)
-                clock, bend = time.monotonic(), float(np.hypot(*state.curvature[:2]))
-        except CellError:
-            bend = math.nan
-        angles.append(design.geometry.body_length * bend)
-    return tuple(angles), float(np.median(seconds or [math.nan]))
+        clock = time.monotonic()
+        for state in follow(cell, [_part(pressure, n / _STEPS) for n in range(1, _STEPS + 1)]):
+            seconds.append(time.monotonic() - clock)
+            clock, bend = time.monotonic(), state.bending(design.geometry.body_length)[0]
+    except (ValueError, CellError):
+        # There is no mesh of these counts, or the cell gives way.
+        bend = None
+    return {"angle": bend, "seconds": seconds}
 
 
 def _part(pressure: tuple[float, float, float], share: float) -> Load:

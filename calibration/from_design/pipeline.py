@@ -198,9 +198,7 @@ def _meshes(task: Task, domain: Domain) -> MeshCheck:
         "meshes": [level_record(level) for level in (levels.sweep, levels.finer, levels.actuator)],
         "cheaper": None if levels.cheaper is None else level_record(levels.cheaper),
     }
-    record = kept(
-        task.directory, "mesh", inputs, lambda: check_meshes(task.design, domain, levels, compliance).record()
-    )
+    record = kept(task.directory, "mesh", inputs, lambda: check_meshes(task, domain, compliance).record())
     found = MeshCheck.of(record)
     if not all(map(math.isfinite, (*found.sweep, found.seconds))):
         raise StageError(

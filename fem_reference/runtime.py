@@ -1,7 +1,10 @@
 """Process-wide settings for assembling many matrices; programs make them, the library does not."""
 
+import _thread
 import ctypes
 import os
+import sys
+import threading
 
 import jax
 
@@ -11,6 +14,7 @@ _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3
 _LARGEST_ARRAY, _LARGEST_REST = 1 << 30, (1 << 31) - 1
 # XLA reads this variable when it starts its threads; with one thread it splits no loop.
 _XLA_THREADS = "NPROC"
+_AGAIN = 0.05  # time after which a lost interrupt comes again [s]
 
 
 def keep_memory() -> bool:
@@ -31,8 +35,29 @@ def keep_memory() -> bool:
     return bool(mallopt(_MMAP_THRESHOLD, _LARGEST_ARRAY) and mallopt(_TRIM_THRESHOLD, _LARGEST_REST))
 
 
+def keep_interrupts() -> None:
+    """Let Ctrl-C come again where Python would lose it.
+
+    Python drops an exception in a finaliser or a callback of its garbage collector, with a line on standard
+    error. JAX has such a callback, and an interrupt that falls into it would not end a run.
+    """
+    usual = sys.unraisablehook
+    if getattr(usual, "keeps_interrupts", False):
+        return
+
+    def hook(lost: "sys.UnraisableHookArgs") -> None:
+        if lost.exc_type is KeyboardInterrupt:
+            # Not at once: that would be lost in the same place.
+            threading.Timer(_AGAIN, _thread.interrupt_main).start()
+        else:
+            usual(lost)
+
+    hook.keeps_interrupts = True  # type: ignore[attr-defined]
+    sys.unraisablehook = hook
+
+
 def prepare_process() -> None:
-    """Keep the memory of arrays (`keep_memory`), and run compiled loops in the calling threads.
+    """Keep the memory of arrays (`keep_memory`) and Ctrl-C, and run compiled loops in the calling threads.
 
     Elements are computed in chunks by as many threads as OpenMP has (see `solid`). By default JAX splits each
     chunk's loops once more over its own threads. All threads then spin while they wait for each other: on two
@@ -41,6 +66,7 @@ def prepare_process() -> None:
     Call it before any computation: JAX reads the settings when it creates its clients, which happens here.
     """
     keep_memory()
+    keep_interrupts()
     before = os.environ.get(_XLA_THREADS)
     os.environ[_XLA_THREADS] = "1"
     try:

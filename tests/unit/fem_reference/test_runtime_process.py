@@ -41,3 +41,31 @@ def test_compiled_code_runs_whole_in_the_calling_thread() -> None:
     if len(os.sched_getaffinity(0)) > 1:
         assert found["plain"]["parts"] > 0
     assert found["prepared"]["left"] is None
+
+
+LOST = """
+import gc, os, signal, sys, time
+from fem_reference.runtime import keep_interrupts
+
+def interrupted(phase, info):
+    if phase == "start":
+        gc.callbacks.remove(interrupted)
+        os.kill(os.getpid(), signal.SIGINT)
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+for _ in range(2):
+    keep_interrupts()
+gc.callbacks.append(interrupted)
+try:
+    gc.collect()
+    print("lost")
+    time.sleep(60.0)
+except KeyboardInterrupt:
+    print("came again")
+"""
+
+
+def test_an_interrupt_that_falls_into_a_callback_of_the_collector_comes_again() -> None:
+    run = subprocess.run([sys.executable, "-c", LOST], capture_output=True, text=True, check=True)
+    assert run.stdout.split("\n") == ["lost", "came again", ""]
+    assert run.stderr == ""

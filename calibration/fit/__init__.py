@@ -33,6 +33,7 @@ from calibration.fit.samples import Samples as Samples
 from calibration.fit.samples import loading_samples as loading_samples
 from calibration.fit.samples import on_loading_branch as on_loading_branch
 from calibration.fit.samples import softness as softness
+from calibration.fit.scale_fit import rescaled as rescaled
 from calibration.fit.stable_domain import narrowed as narrowed
 from calibration.fit.stable_domain import unstable_pressures as unstable_pressures
 from calibration.fit.to_calibration import calibration_of as calibration_of

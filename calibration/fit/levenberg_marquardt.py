@@ -82,6 +82,12 @@ def mean_square(law: AnyLaw, samples: Samples, scales: Metric) -> float:
     return _loss(law, _chunks(samples, scales))
 
 
+def residuals(law: AnyLaw, samples: Samples, scales: Metric) -> Float[np.ndarray, "n 27"]:
+    """Return the residuals of all states; their squares sum to `mean_square`."""
+    rows = [np.asarray(_residuals(law, chunk)) for chunk in _chunks(samples, scales)]
+    return np.concatenate(rows)[: len(samples)]
+
+
 def fit(
     law: Law,
     samples: Samples,

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
-from calibration.fit import begin_near, calibration_of, fit_and_judge
+from calibration.fit import Judged, begin_near, calibration_of, fit_and_judge, prepare, rescaled
 from calibration.from_design.near_law import NearLaw
 from calibration.from_design.stage_record import StageError, key_of
 from calibration.from_design.task import Task
@@ -18,15 +19,25 @@ from rodmodel import Calibration, Domain, read_calibration, save_calibration
 # Size of a law from scratch, as of `rodmodel-calibrate fit`, and from which number of states on one is tried.
 _RIDGES, _FEATURES = 24, 16
 _ENOUGH = 500
+# A law whose domain is narrower than another's by more than this does not win by its errors there.
+_NARROW = 0.9
 ITERATIONS = 100
 
 
 @dataclass(frozen=True)
 class Start:
-    """A law to begin with: near a shipped one, or none."""
+    """A law to begin with: near a shipped one, or none.
+
+    Parameters
+    ----------
+    title : in words.
+    near : similar law; None from scratch.
+    trained : whether the law's network is trained; else its scales alone are fitted.
+    """
 
     title: str
     near: NearLaw | None
+    trained: bool = True
 
     def law(self, run: Mapping[str, Any]) -> Any:
         """Return the initial law with the symmetry of a run's section.
@@ -40,7 +51,10 @@ class Start:
 
 
 def starts_for(task: Task, near: Sequence[NearLaw], run: Mapping[str, Any], states: int) -> list[Start]:
-    """Return where fits begin: near the most similar law that can; and from scratch too, if that is cheap."""
+    """Return where fits begin: near the most similar law that can; and from scratch too, if that is cheap.
+
+    Fewer states than a network wants tell a similar law's scales still, so that law is a candidate as it is.
+    """
     found = []
     for one in near:
         start = Start(f"near {one.title}", one)
@@ -48,7 +62,7 @@ def starts_for(task: Task, near: Sequence[NearLaw], run: Mapping[str, Any], stat
             start.law(run)
         except ValueError:
             continue
-        found.append(start)
+        found += [start, Start(f"{one.title}, its scales alone", one, trained=False)]
         break
     if not found or (task.budget.converged and states >= _ENOUGH):
         found.append(Start("from scratch", None))
@@ -84,18 +98,19 @@ def fitted(
             # Damaged: it is fitted again.
             pass
     length, outcomes = run["geometry"]["body_length"], []
+    states = prepare(dataset, domain, length)
     for start in starts_for(task, near, run, dataset.sizes["state"]):
         law = start.law(run)
-        outcome = fit_and_judge(
-            dataset, domain, length, _RIDGES, _FEATURES, iterations, 0, [] if law is None else [law]
-        )
+        laws = [] if law is None else [rescaled(law, states.train, states.metric)]
+        steps = iterations if start.trained else 0
+        outcome = fit_and_judge(dataset, domain, length, _RIDGES, _FEATURES, steps, 0, laws)
         outcomes.append((start, outcome))
     good = [(start, outcome) for start, outcome in outcomes if outcome.good]
     if not good:
         raise StageError(
             f"fit: {outcomes[0][1].complaint}, expected a law that has one; a longer budget may help"
         )
-    start, best = min(good, key=lambda pair: held_out(pair[1].error))
+    start, best = best_of(good)
     provenance = {
         "fit_command": task.command,
         "code_version": code_version(),
@@ -110,6 +125,18 @@ def fitted(
     calibration = calibration_of(best.law, best.domain, best.error, run, provenance)
     save_calibration(calibration, made)
     return calibration
+
+
+def best_of(outcomes: Sequence[tuple[Start, Judged]]) -> tuple[Start, Judged]:
+    """Return the law with the least held-out error among those whose domain is about the widest."""
+    widest = np.max([_extent(outcome.domain) for _, outcome in outcomes], axis=0)
+    wide = [pair for pair in outcomes if np.all(_extent(pair[1].domain) >= _NARROW * widest)]
+    return min(wide or outcomes, key=lambda pair: held_out(pair[1].error))
+
+
+def _extent(domain: Domain) -> np.ndarray:
+    """Return the largest pressure of a chamber, and the largest sum [Pa]."""
+    return np.array([max(domain.pressure_max), domain.pressure_sum_max], float)
 
 
 def held_out(error: Mapping[str, Any]) -> float:

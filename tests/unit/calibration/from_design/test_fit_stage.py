@@ -1,6 +1,7 @@
 """Where the fit of a design's law begins, which fit wins, and that it is kept."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,9 @@ NEAR = near_laws(Design())
 OWN = next(c for c in shipped_calibrations() if c.layout == Layout("double-helix", 0.0, 3e-3))
 
 
+TITLE = "double-helix, pitch 3 mm, ψ = 0°"
+
+
 def task_in(directory: Path, budget: str = "20min") -> Task:
     return Task(Design(), Budget.parse(budget), directory, "the command")
 
@@ -29,9 +33,9 @@ def judged(p95: float, good: bool = True) -> Judged:
 @pytest.mark.parametrize(
     ("budget", "states", "titles"),
     [
-        ("20min", 2000, ["near double-helix, pitch 3 mm, ψ = 0°"]),
-        ("1h", 100, ["near double-helix, pitch 3 mm, ψ = 0°"]),
-        ("1h", 2000, ["near double-helix, pitch 3 mm, ψ = 0°", "from scratch"]),
+        ("20min", 2000, [f"near {TITLE}", f"{TITLE}, its scales alone"]),
+        ("1h", 100, [f"near {TITLE}", f"{TITLE}, its scales alone"]),
+        ("1h", 2000, [f"near {TITLE}", f"{TITLE}, its scales alone", "from scratch"]),
     ],
 )
 def test_a_fit_from_scratch_needs_time_and_states(tmp_path, dataset, budget, states, titles):
@@ -64,10 +68,20 @@ def test_the_less_held_out_error_wins_and_is_kept(tmp_path, dataset, monkeypatch
     assert first.provenance["fit_start"].startswith(wins)
     assert first.error["free_bending_angle_rad"]["p95"] == min(near, scratch)
     again = stage.fitted(task, dataset, file, OWN.domain, NEAR, 5)
-    assert len(fits) == 2
+    assert len(fits) == 3
+    # The second is the similar law with its scales fitted.
+    assert [arguments[5] for arguments in fits] == [5, 0, 5]
     assert again.provenance == first.provenance
     stage.fitted(task, dataset, file, OWN.domain, NEAR, 6)
-    assert len(fits) == 4
+    assert len(fits) == 6
+
+
+def test_a_narrower_domain_does_not_win_by_its_errors():
+    """Its states are easier. Where all are as narrow, the errors decide."""
+    narrow = replace(judged(0.001), domain=replace(OWN.domain, pressure_max=(20e3, 20e3, 20e3)))
+    start = stage.Start("one", None)
+    assert stage.best_of([(start, narrow), (start, judged(0.02))])[1].domain == OWN.domain
+    assert stage.best_of([(start, narrow), (start, replace(narrow, error={}))])[1] is narrow
 
 
 def test_a_damaged_law_is_fitted_again(tmp_path, dataset, monkeypatch):

@@ -206,7 +206,7 @@ def fit_and_judge(
     domain = narrowed(law, domain)
     held_out = material.held_out
     held_out = held_out.where(inside(domain, held_out.pressure, held_out.moment))
-    error = figures(law, held_out, length)
+    error = figures(law, held_out, length) if len(held_out) else {}
     network = law.network if isinstance(law, OrientedNetwork) else law
     training = {
         "ridges": network.offsets.size,
@@ -220,7 +220,11 @@ def fit_and_judge(
         "seed": seed,
     }
     complaint = ""
-    if not everywhere(error):
+    if not len(held_out):
+        complaint = (
+            f"no held-out state lies where the fitted law is stable, {domain.largest_pressures('kPa')}"
+        )
+    elif not everywhere(error):
         complaint = "the fitted law has no equilibrium at some held-out states"
     states = len(material.train) + len(held_out)
     return Judged(law, domain, error, training, states, not complaint, complaint)

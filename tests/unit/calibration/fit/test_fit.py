@@ -301,3 +301,15 @@ def test_one_law_learns_the_mean_of_laws_near_several(dataset):
     unseen = mean_states([with_guess(alone[0], DOMAIN), *alone[1:]], DOMAIN, own.train.psi, seed=9)
     scatter = [mean_square(law, unseen, metric_in(DOMAIN, unseen, LENGTH)) for law in alone]
     assert mean_square(outcome.law, unseen, metric_in(DOMAIN, unseen, LENGTH)) < 0.5 * min(scatter)
+
+
+def test_a_law_that_is_stable_at_no_held_out_state_says_so(dataset, monkeypatch):
+    """With the domain that is left; there is no error to tell."""
+    left = Domain((1.0, 1.0, 1.0), 3.0, 1e-9)
+    monkeypatch.setattr("calibration.fit.pipeline.narrowed", lambda law, domain: left)
+    outcome = fit_and_judge(dataset, DOMAIN, LENGTH, 6, 5, 1, 0)
+    assert not outcome.good
+    assert outcome.error == {}
+    assert outcome.complaint == (
+        f"no held-out state lies where the fitted law is stable, {left.largest_pressures('kPa')}"
+    )

@@ -18,6 +18,7 @@ from calibration.fit.join_sweeps import joined as joined
 from calibration.fit.levenberg_marquardt import HESSIAN_WEIGHT as HESSIAN_WEIGHT
 from calibration.fit.levenberg_marquardt import fit as fit
 from calibration.fit.levenberg_marquardt import mean_square as mean_square
+from calibration.fit.levenberg_marquardt import residuals as residuals
 from calibration.fit.pipeline import PRIOR as PRIOR
 from calibration.fit.pipeline import SOFTEST as SOFTEST
 from calibration.fit.pipeline import STARTS as STARTS
@@ -33,7 +34,6 @@ from calibration.fit.samples import Samples as Samples
 from calibration.fit.samples import loading_samples as loading_samples
 from calibration.fit.samples import on_loading_branch as on_loading_branch
 from calibration.fit.samples import softness as softness
-from calibration.fit.scale_fit import rescaled as rescaled
 from calibration.fit.stable_domain import narrowed as narrowed
 from calibration.fit.stable_domain import unstable_pressures as unstable_pressures
 from calibration.fit.to_calibration import calibration_of as calibration_of

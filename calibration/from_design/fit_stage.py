@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from calibration.fit import Judged, begin_near, calibration_of, fit_and_judge, prepare, rescaled
+from calibration.fit import Judged, begin_near, calibration_of, fit_and_judge, prepare
 from calibration.from_design.near_law import NearLaw
 from calibration.from_design.stage_record import StageError, key_of
 from calibration.from_design.task import Task
 from calibration.provenance import code_version, sha256, today
+from calibration.similar import rescaled
 from calibration.sweep import attributes
 from rodmodel import Calibration, Domain, read_calibration, save_calibration
 

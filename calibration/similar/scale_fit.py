@@ -13,8 +13,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.optimize import least_squares
 
-from calibration.fit.levenberg_marquardt import residuals
-from calibration.fit.samples import Metric, Samples
+from calibration.fit import Metric, Samples, residuals
 from rodmodel import RidgeNetwork
 
 _SCALES = ("pressure_scale", "curvature_scale", "energy_scale", "rest_volume")

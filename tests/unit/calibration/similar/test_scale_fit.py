@@ -6,8 +6,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from calibration.fit import equilibrium, free_curvatures, mean_square, rescaled, states_of
+from calibration.fit import equilibrium, free_curvatures, mean_square, states_of
 from calibration.fit.pipeline import metric_in
+from calibration.similar import rescaled
 from rodmodel import Domain, RidgeNetwork
 from rodmodel.io import find
 

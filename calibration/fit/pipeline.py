@@ -152,6 +152,7 @@ def fit_and_judge(
     seed: int,
     near: Sequence[AnyLaw] = (),
     others: Sequence[xr.Dataset] = (),
+    stay: float | None = None,
 ) -> Judged:
     """Fit a network of ridges to the training states and compute its error at the held-out states.
 
@@ -166,6 +167,7 @@ def fit_and_judge(
     near : initial laws of other windings, from `begin_near`, that the fit stays near. With several, a law is
         fitted near each, and one of the first's size is trained on their mean, see `mean_states`.
     others : datasets of the same section whose training states are fitted too.
+    stay : weight of the squared distance from the initial laws; by default the one for hundreds of states.
     """
     material = prepare(dataset, domain, length, others)
     # The states of one dataset are enough to choose the best start.
@@ -187,7 +189,8 @@ def fit_and_judge(
             return fit(start, own.train, own.metric, TRIAL_ITERATIONS, prior=PRIOR, watch=stage)
 
         if near:
-            starts, prior = list(near), PRIOR_NEAR if len(near) == 1 else PRIOR_NEAR_SEVERAL
+            usual = PRIOR_NEAR if len(near) == 1 else PRIOR_NEAR_SEVERAL
+            starts, prior = list(near), usual if stay is None else stay
         else:
             starts, prior = [min(map(trial, range(STARTS)), key=lambda trial: trial.loss).law], PRIOR
 

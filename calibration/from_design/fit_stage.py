@@ -1,5 +1,6 @@
 """Stage 5: the section law, fitted near a shipped law that is scaled to the design, or from scratch."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,8 @@ from rodmodel import Calibration, Domain, read_calibration, save_calibration
 # Size of a law from scratch, as of `rodmodel-calibrate fit`, and from which number of states on one is tried.
 _RIDGES, _FEATURES = 24, 16
 _ENOUGH = 500
+# Weight with which a fit to fewer states stays near the similar law: a hundred times the usual one.
+_STIFF = 3.0
 # A law whose domain is narrower than another's by more than this does not win by its errors there.
 _NARROW = 0.9
 ITERATIONS = 100
@@ -33,12 +36,13 @@ class Start:
     ----------
     title : in words.
     near : similar law; None from scratch.
-    trained : whether the law's network is trained; else its scales alone are fitted.
+    stay : weight with which the fit stays near it, None for the usual one; infinite if its scales alone are
+        fitted.
     """
 
     title: str
     near: NearLaw | None
-    trained: bool = True
+    stay: float | None = None
 
     def law(self, run: Mapping[str, Any]) -> Any:
         """Return the initial law with the symmetry of a run's section.
@@ -54,7 +58,8 @@ class Start:
 def starts_for(task: Task, near: Sequence[NearLaw], run: Mapping[str, Any], states: int) -> list[Start]:
     """Return where fits begin: near the most similar law that can; and from scratch too, if that is cheap.
 
-    Fewer states than a network wants tell a similar law's scales still, so that law is a candidate as it is.
+    Few states tell less than a network has numbers, and still how it differs from a similar law, or that
+    one's scales. So laws that stay closer to that one are candidates too.
     """
     found = []
     for one in near:
@@ -63,7 +68,10 @@ def starts_for(task: Task, near: Sequence[NearLaw], run: Mapping[str, Any], stat
             start.law(run)
         except ValueError:
             continue
-        found += [start, Start(f"{one.title}, its scales alone", one, trained=False)]
+        found.append(start)
+        if states < _ENOUGH:
+            found.append(Start(f"close to {one.title}", one, _STIFF))
+        found.append(Start(f"{one.title}, its scales alone", one, math.inf))
         break
     if not found or (task.budget.converged and states >= _ENOUGH):
         found.append(Start("from scratch", None))
@@ -103,8 +111,8 @@ def fitted(
     for start in starts_for(task, near, run, dataset.sizes["state"]):
         law = start.law(run)
         laws = [] if law is None else [rescaled(law, states.train, states.metric)]
-        steps = iterations if start.trained else 0
-        outcome = fit_and_judge(dataset, domain, length, _RIDGES, _FEATURES, steps, 0, laws)
+        steps, stay = (0, None) if start.stay == math.inf else (iterations, start.stay)
+        outcome = fit_and_judge(dataset, domain, length, _RIDGES, _FEATURES, steps, 0, near=laws, stay=stay)
         outcomes.append((start, outcome))
     good = [(start, outcome) for start, outcome in outcomes if outcome.good]
     if not good:

@@ -1,5 +1,9 @@
 """Work in processes: done, failed, or out of time."""
 
+import os
+import signal
+import subprocess
+import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,6 +19,32 @@ def write(file: Path) -> None:
 
 def fail() -> None:
     raise SystemExit(7)
+
+
+def write_mask(file: Path) -> None:
+    file.write_text(str(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, [])))
+
+
+# The first process of a program begins a tracker of resources, which unblocks signals.
+FIRST = """
+import sys
+from pathlib import Path
+from calibration.processes import Job, run_jobs
+from tests.unit.calibration.test_processes import write_mask
+
+if __name__ == "__main__":
+    for name in sys.argv[1:]:
+        run_jobs([Job("job", write_mask, (Path(name),))], 1, lambda names: None)
+"""
+
+
+def test_every_process_ignores_an_interrupt_the_first_too(tmp_path: Path) -> None:
+    script, files = tmp_path / "script.py", [tmp_path / name for name in "ab"]
+    script.write_text(FIRST)
+    root = Path(__file__).parents[3]
+    environment = {**os.environ, "PYTHONPATH": str(root)}
+    subprocess.run([sys.executable, script, *files], cwd=root, env=environment, check=True)
+    assert [file.read_text() for file in files] == ["True", "True"]
 
 
 def test_all_jobs_are_done_in_fewer_processes_than_jobs(tmp_path: Path) -> None:

@@ -30,7 +30,7 @@ from tests.fem_fixtures import TINY
 LEVELS["coarse"] = TINY
 SHORT = ActuatorGeometry(body_length=9e-3, cap_length=3e-3)
 fem_reference.cli._actuator.design_of = lambda options: Design(geometry=SHORT)
-fem_reference.cli._actuator._STEP_KPA = 1.0
+fem_reference.cli._actuator._STEP = 1e-3
 
 if __name__ == "__main__":
     sys.exit(main(["actuator", "--pressure-kpa", "8", "4", "0", "--run", sys.argv[1], "--json"]))
@@ -126,7 +126,10 @@ def script(tmp_path_factory):
 def actuator(script, tmp_path_factory):
     """A run of the actuator that was left alone, and what it printed."""
     directory = tmp_path_factory.mktemp("actuator") / "run"
-    return directory, ended(script(ACTUATOR), directory)
+    told = ended(script(ACTUATOR), directory)
+    # Enough for a run to be stopped on the way.
+    assert len(list(directory.glob("step_*.json"))) == 8
+    return directory, told
 
 
 @pytest.fixture(scope="module")

@@ -62,22 +62,23 @@ def run_jobs(
     JobError
         If a process dies or raises.
     """
-    waiting, team, begun = list(jobs), dict[str, SpawnProcess](), time.monotonic()
+    # Names need not differ.
+    waiting, team, begun = list(jobs), list[tuple[str, SpawnProcess]](), time.monotonic()
     try:
         while waiting or team:
             while waiting and len(team) < workers:
                 job = waiting.pop(0)
-                team[job.name] = start_process(job.target, job.args)
+                team.append((job.name, start_process(job.target, job.args)))
             time.sleep(_POLL)
             if time.monotonic() - begun > limit:
-                return (*team, *(job.name for job in waiting))
-            watch(tuple(team))
-            for name in [name for name, process in team.items() if not process.is_alive()]:
-                code = team.pop(name).exitcode
-                if code != 0:
-                    raise JobError(f"the process of {name} ended with {code}")
+                return (*(name for name, _ in team), *(job.name for job in waiting))
+            watch(tuple(name for name, _ in team))
+            for name, process in [member for member in team if not member[1].is_alive()]:
+                team.remove((name, process))
+                if process.exitcode != 0:
+                    raise JobError(f"the process of {name} ended with {process.exitcode}")
     finally:
-        end_processes(team.values())
+        end_processes(process for _, process in team)
     return ()
 
 

@@ -107,10 +107,12 @@ def fitted(
             # Damaged: it is fitted again.
             pass
     length, outcomes = run["geometry"]["body_length"], []
-    states = prepare(dataset, domain, length)
+    states, scaled = prepare(dataset, domain, length), dict[str, Any]()
     for start in starts_for(task, near, run, dataset.sizes["state"]):
-        law = start.law(run)
-        laws = [] if law is None else [rescaled(law, states.train, states.metric)]
+        # Several begin with one similar law, whose scales are fitted once.
+        if start.near is not None and start.near.title not in scaled:
+            scaled[start.near.title] = rescaled(start.law(run), states.train, states.metric)
+        laws = [] if start.near is None else [scaled[start.near.title]]
         steps, stay = (0, None) if start.stay == math.inf else (iterations, start.stay)
         outcome = fit_and_judge(dataset, domain, length, _RIDGES, _FEATURES, steps, 0, near=laws, stay=stay)
         outcomes.append((start, outcome))

@@ -93,10 +93,11 @@ def _told(sheet: "SnappedLaw", calibration: "Calibration", states: "Sequence[Sna
 
 
 def _record(bound: "ErrorBound") -> dict[str, Any]:
+    at_nodes = [bound.at(0.0, bending_angle=node) for node in bound.bending_angle]
     return {
-        "pressure_sum_kpa": [1e-3 * total for total in bound.pressure_sum],
-        "angle_deg": [math.degrees(angle) for angle in bound.angle],
-        "tip_mm": [1e3 * tip for tip in bound.tip],
+        "bending_angle_deg": [math.degrees(node) for node in bound.bending_angle],
+        "angle_deg": [math.degrees(angle) for angle, _ in at_nodes],
+        "tip_mm": [1e3 * tip for _, tip in at_nodes],
         "angle_deg_per_nmm": 1e-3 * math.degrees(bound.angle_per_moment),
         "tip_mm_per_nmm": bound.tip_per_moment,
     }
@@ -106,7 +107,7 @@ def _print(file: str, bound: "ErrorBound", note: dict[str, Any]) -> None:
     record, own = _record(bound), note["own_judge_states"]
     states = note["judge_states_of_other_layouts"]
     print(f"{file}: from {sum(states.values())} judge states of {len(states)} other layouts")
-    rows = (("kPa in sum", "pressure_sum_kpa", "{:8.0f}"), ("deg", "angle_deg", "{:8.2f}"))
+    rows = (("bent by, deg", "bending_angle_deg", "{:8.0f}"), ("deg", "angle_deg", "{:8.2f}"))
     for unit, key, form in (*rows, ("mm", "tip_mm", "{:8.2f}")):
         print(f"  {unit:12s}" + "".join(form.format(value) for value in record[key]))
     print(

@@ -64,7 +64,11 @@ def rod_figure(errors: RodErrors, bound: ErrorBound | None) -> Figure:
         off.plot(np.rad2deg(errors.angle[rows]), np.rad2deg(errors.angle_off[rows]), f"C{number}{style}")
     rows = errors.of("judge")
     if bound is not None and rows.any():
-        stated, _ = bound.at(errors.pressure[rows].sum(axis=1), errors.base_moment[rows])
+        stated, _ = bound.at(
+            errors.pressure[rows].sum(axis=1),
+            errors.base_moment[rows],
+            bending_angle=errors.rod_angle[rows],
+        )
         off.plot(np.rad2deg(errors.angle[rows]), np.rad2deg(np.asarray(stated)), "kx", label="stated bound")
     off.plot([], [], "o", color="0.5", label="runs that judge")
     off.plot([], [], ".", color="0.5", label="runs for the ends")

@@ -2,7 +2,7 @@
 
 A conformal bound needs runs of many layouts, as those that ship have. Here few runs of one design judge one
 rod. So the bound is that of the most similar shipped calibration, scaled to the design, and raised, between
-nodes of its pressures, until it holds at every judge state; it does not fall where pressures rise. The
+nodes of its bending angle, until it holds at every judge state; it does not fall where the angle grows. The
 distance of the sweep's mesh from a finer one counts as an error. No share of future states is promised.
 """
 
@@ -25,7 +25,7 @@ from rodmodel.io import find_among
 # Steps along the rod.
 _STEPS = 64
 # Least bounds before they are raised, of θ [rad] and of the tip relative to the length: so that a small error
-# at a low pressure, where shipped bounds are lowest, does not raise the bound at all others.
+# of a nearly straight rod, where shipped bounds are lowest, does not raise the bound at all others.
 _LEAST_ANGLE, _LEAST_TIP = math.radians(0.3), 0.003
 #: Largest errors of the tip, relative to the body's length, that judge runs are to show: median and worst.
 MEDIAN_TIP, WORST_TIP = 0.015, 0.03
@@ -131,21 +131,26 @@ def bound_of(
     its = begun.calibration.bound
     shape = its.at_least(_LEAST_ANGLE, _LEAST_TIP * float(calibration.actuator.body_length))
     chosen = errors.of("judge")
-    total, moment = errors.pressure[chosen].sum(axis=1), errors.base_moment[chosen]
-    angle = _raised(
-        shape.pressure_sum, shape.angle, total, errors.angle_off[chosen] - shape.angle_per_moment * moment
+    bent = errors.rod_angle[chosen]
+    straight = shape.at(errors.pressure[chosen].sum(axis=1), errors.base_moment[chosen])
+    angle, tip = (
+        _raised(shape.bending_angle, growth, bent, off[chosen] - np.asarray(known))
+        for growth, off, known in (
+            (shape.angle_by_bend, errors.angle_off, straight[0]),
+            (shape.tip_by_bend, errors.tip_off, straight[1]),
+        )
     )
-    tip = _raised(
-        shape.pressure_sum, shape.tip, total, errors.tip_off[chosen] - shape.tip_per_moment * moment
+    bound = replace(shape, angle_by_bend=angle, tip_by_bend=tip)
+    ends = float(calibration.domain.pressure_sum_max), 0.0
+    before, after = (
+        np.array([one.at(*ends, bending_angle=node) for node in shape.bending_angle]) for one in (its, bound)
     )
-    bound = replace(shape, angle=angle, tip=tip)
     note = {
         "method": "shape of a shipped bound, raised to hold at every judge state; no coverage is promised",
         "shape_from": begun.title,
-        "raised_by": {
-            name: float(max((own / its for own, its in zip(after, before, strict=True)), default=1.0))
-            for name, after, before in (("angle", angle, shape.angle), ("tip", tip, shape.tip))
-        },
+        "raised_by": dict(
+            zip(("angle", "tip"), np.nan_to_num((after / before).max(axis=0), nan=1.0).tolist(), strict=True)
+        ),
         "judge_states": int(chosen.sum()),
         "judge_runs": sorted(set(errors.case[chosen])),
     }
@@ -155,23 +160,23 @@ def bound_of(
 def _raised(
     nodes: Sequence[float],
     values: Sequence[float],
-    total: Float[np.ndarray, " n"],
+    angle: Float[np.ndarray, " n"],
     needed: Float[np.ndarray, " n"],
 ) -> tuple[float, ...]:
     """Return values at nodes, none lower and not decreasing, that hold between these at every state.
 
     Parameters
     ----------
-    nodes, values : a bound that is linear between nodes, and constant outside them; NaN if it is not known.
-    total : sum of the pressures of each state.
-    needed : what the bound is to be there at least.
+    nodes, values : terms that are linear between nodes, and constant outside them.
+    angle : bending angle of each state [rad].
+    needed : what the term is to be there at least; NaN if the bound is not known.
     """
     reach = [-math.inf, *nodes, math.inf]
     raised, before = [], 0.0
     for value, low, high in zip(values, reach, reach[2:], strict=False):
         # States between a node and its neighbours.
-        near = needed[(total > low) & (total < high)]
-        before = max(value, before, float(near.max(initial=0.0)))
+        near = needed[(angle > low) & (angle < high)]
+        before = max(value, before, float(np.max(near, initial=0.0, where=~np.isnan(near))))
         raised.append(before)
     return tuple(raised)
 

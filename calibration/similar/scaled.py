@@ -134,4 +134,7 @@ def _scaled_bound(bound: ErrorBound, scale: Scale) -> ErrorBound:
         tip=tuple(scale.length * tip for tip in bound.tip),
         angle_per_moment=bound.angle_per_moment / moment,
         tip_per_moment=scale.length * bound.tip_per_moment / moment,
+        bending_angle=bound.bending_angle,
+        angle_by_bend=bound.angle_by_bend,
+        tip_by_bend=tuple(scale.length * tip for tip in bound.tip_by_bend),
     )

@@ -46,6 +46,7 @@ class Verdict:
     loaded : whether the state has a tip force or gravity.
     judged : whether the state is inside the rod's domain and on the loading branch, and so counts.
     angle : θ of the truth [rad].
+    rod_angle : θ of the rod [rad].
     tip : distance of the tips relative to the body's length.
     angle_error, plane_error : errors of θ and γ [rad]; the error of γ is NaN for a nearly straight actuator.
         The truth of another mesh than the law's is carried to the limit of fine meshes before.
@@ -70,6 +71,7 @@ class Verdict:
     loaded: Bool[np.ndarray, " n"]
     judged: Bool[np.ndarray, " n"]
     angle: Float[np.ndarray, " n"]
+    rod_angle: Float[np.ndarray, " n"]
     tip: Float[np.ndarray, " n"]
     angle_error: Float[np.ndarray, " n"]
     plane_error: Float[np.ndarray, " n"]
@@ -147,6 +149,7 @@ def compare_with_truth(truth: xr.Dataset, limits: MeshLimits | None = None) -> V
         loaded=loaded,
         judged=found["converged"] & found["in_domain"] & on_loading_branch(truth, names),
         angle=angle,
+        rod_angle=found["bending_angle"],
         tip=np.linalg.norm(found["tip_position"] - its_tip, axis=1) / length,
         angle_error=np.abs(found["bending_angle"] - its_angle),
         plane_error=np.where(sideways, np.abs((turn + np.pi) % (2.0 * np.pi) - np.pi), np.nan),

@@ -1,15 +1,16 @@
 """Bounds of the rods' errors by split conformal prediction with scaled scores, one layout left out at a time.
 
 The score of a state is its largest error against the truth in the limit of fine meshes (`Verdict.angle_off`,
-`Verdict.tip_off`), divided by a scale σ. The scale is linear in the pressures' sum between nodes, not
+`Verdict.tip_off`), divided by a scale σ. The scale is linear in the rod's bending angle between nodes, not
 decreasing, plus a term linear in the moment on the base: the mean error of the `fit` runs by least squares.
 Few of these have a load, so the growth with the moment is at least that of a rod whose response to a tip
 force errs by as much, relative to it, as free bending does on the mean. The bound of a calibration is σ times
 the 90th percentile of the scores of judge runs of all *other* layouts; each layout has the same weight,
-however many runs it has. Where the scores in a quarter of the pressures' sum have a larger percentile
-than all together, that is taken there (Mondrian prediction). No part of a bound is made of the judge states
-that it is judged on. That there are quarters was chosen after the coverage of other nodes had been seen;
-their numbers were not.
+however many runs it has. Where the scores in a quarter of half a turn have a larger percentile than all
+together, that is taken there (Mondrian prediction). No part of a bound is made of the judge states that it is
+judged on. What the scale hangs on was chosen by hand: the pressures' sum before, with bounds three times as
+wide in the middle, and now the angle, in which errors of stiffness and of meshes grow. All choices that were
+tried, with their coverage, are in docs/notes/calibration.md.
 
 If the layouts were drawn at random and their states were exchangeable, a state of a further layout would keep
 the bound with a probability of at least 0.9 K/(K + 1) for K others (Lee, Barber, Willett), and of 0.9 if the
@@ -38,8 +39,8 @@ from rodmodel import ErrorBound, Layout
 
 #: Share of states that is to keep a bound.
 LEVEL = 0.9
-#: Sums of pressures at the nodes of a bound [Pa].
-NODES = (0.0, 25e3, 50e3, 75e3, 100e3)
+#: Bending angles at the nodes of a bound [rad].
+NODES = (0.0, 0.25 * np.pi, 0.5 * np.pi, 0.75 * np.pi, np.pi)
 # Bending angle from which relative errors tell the compliance's [rad].
 _BENT = np.deg2rad(10.0)
 # Least scales of the angle [rad] and of the tip [m]: 0.01° and 0.01 mm, below which no run tells anything.
@@ -56,14 +57,14 @@ class BoundError(ValueError):
 
 @dataclass(frozen=True)
 class ErrorScale:
-    """ErrorScale of an error: values at the nodes, and growth with the moment on the base."""
+    """Scale of an error: values at the nodes, and growth with the moment on the base."""
 
     at_nodes: Float[np.ndarray, " nodes"]
     per_moment: float
 
     def at(self, verdict: Verdict) -> Float[np.ndarray, " n"]:
         """Return the scale of each state."""
-        along = np.interp(verdict.pressure.sum(axis=1), NODES, self.at_nodes)
+        along = np.interp(verdict.rod_angle, NODES, self.at_nodes)
         return along + self.per_moment * verdict.base_moment
 
 
@@ -92,7 +93,7 @@ def _regression(
     These are the first node's value, the rises to the next ones, none negative, and the growth with the
     moment.
     """
-    rises = [np.interp(verdict.pressure[chosen].sum(axis=1), pair, (0.0, 1.0)) for pair in pairwise(NODES)]
+    rises = [np.interp(verdict.rod_angle[chosen], pair, (0.0, 1.0)) for pair in pairwise(NODES)]
     moment = verdict.base_moment[chosen] / _MOMENT
     design = np.stack([np.ones(int(chosen.sum())), *rises, moment], axis=1)
     least = [_LEAST[name], *[0.0] * len(rises), _MOMENT * _least_slope(verdict, chosen, name)]
@@ -139,21 +140,29 @@ def bound_for(
     counts = {name: int((names[others] == name).sum()) for name in sorted(set(names[others]))}
     if not counts:
         raise BoundError(f"truth: got no judge states of other layouts than {title(layout)}, expected some")
-    total = verdict.pressure.sum(axis=1)
     factor = {
-        name: _factors(errors[others] / scale[name].at(verdict)[others], names[others], total[others])
+        name: _factors(
+            errors[others] / scale[name].at(verdict)[others], names[others], verdict.rod_angle[others]
+        )
         for name, errors in _errors(verdict).items()
     }
     raised = {
         name: np.maximum.accumulate(np.array(at_nodes) * scale[name].at_nodes)
         for name, at_nodes in factor.items()
     }
+    (angle, angle_by_bend), (tip, tip_by_bend) = (
+        (float(values[0]), tuple((values - values[0]).tolist()))
+        for values in (raised["angle"], raised["tip"])
+    )
     bound = ErrorBound(
-        pressure_sum=NODES,
-        angle=tuple(raised["angle"].tolist()),
-        tip=tuple(raised["tip"].tolist()),
+        pressure_sum=(0.0,),
+        angle=(angle,),
+        tip=(tip,),
         angle_per_moment=max(factor["angle"]) * scale["angle"].per_moment,
         tip_per_moment=max(factor["tip"]) * scale["tip"].per_moment,
+        bending_angle=tuple(map(float, NODES)),
+        angle_by_bend=angle_by_bend,
+        tip_by_bend=tip_by_bend,
     )
     note = {
         "level": LEVEL,
@@ -168,7 +177,9 @@ def bound_for(
 
 def coverage(verdict: Verdict, bound: ErrorBound, rows: Bool[np.ndarray, " n"]) -> dict[str, Any]:
     """Return how many states there are, and the shares of them whose angle and tip a bound covers."""
-    stated = bound.at(verdict.pressure[rows].sum(axis=1), verdict.base_moment[rows])
+    stated = bound.at(
+        verdict.pressure[rows].sum(axis=1), verdict.base_moment[rows], bending_angle=verdict.rod_angle[rows]
+    )
     return _shares(verdict, rows, *map(np.asarray, stated))
 
 
@@ -236,7 +247,7 @@ def _told(verdict: Verdict, role: str) -> Bool[np.ndarray, " n"]:
 
 
 def _factors(
-    scores: Float[np.ndarray, " n"], layouts: np.ndarray, total: Float[np.ndarray, " n"]
+    scores: Float[np.ndarray, " n"], layouts: np.ndarray, angle: Float[np.ndarray, " n"]
 ) -> list[float]:
     """Return the factor at each node: the larger one of the quarters beside it, each at least that of all."""
 
@@ -248,7 +259,7 @@ def _factors(
     everywhere, quarters = of(np.ones(len(scores), dtype=bool)), []
     for number, (low, high) in enumerate(pairwise(NODES)):
         last = number == len(NODES) - 2
-        rows = (total >= low) & ((total < high) | last)
+        rows = (angle >= low) & ((angle < high) | last)
         quarters.append(max(everywhere, of(rows)) if rows.any() else everywhere)
     return [max(quarters[max(node - 1, 0) : node + 1]) for node in range(len(NODES))]
 

@@ -36,7 +36,8 @@ _ALIGNMENT = 64
 def bound_numbers(error_bound: ErrorBound | float) -> dict[str, Any]:
     """Return the numbers of `rm_error_bound` by name."""
     bound = ErrorBound.of(error_bound).padded
-    nodes = {name: [float(x) for x in getattr(bound, name)] for name in ("pressure_sum", "angle", "tip")}
+    at_nodes = ("pressure_sum", "angle", "tip", "bending_angle", "angle_by_bend", "tip_by_bend")
+    nodes = {name: [float(x) for x in getattr(bound, name)] for name in at_nodes}
     return {**nodes, **{name: float(getattr(bound, name)) for name in ("angle_per_moment", "tip_per_moment")}}
 
 

@@ -14,7 +14,8 @@
                 "single_max_pa" (three), "single_beside_pa"},
      "snapped" (where known): laws after a snap of walls, see `rodmodel.io.snapped`,
      "bound" (where known): {"pressure_sum_pa", "angle_rad", "tip_m" (a number at each node),
-                             "angle_rad_per_nm", "tip_per_n"},
+                             "angle_rad_per_nm", "tip_per_n", and, where known, "bending_angle_rad",
+                             "angle_by_bend_rad", "tip_by_bend_m" (a number at each node)},
      "error": {"free_bending_angle_rad": {"median", "p95", "worst", and, where known, "p90"},
                and, where known, "actuator_angle_rad": {"p90"}, "measured_angle_rad": {"p90"}, ...},
      "provenance": {...}}
@@ -51,8 +52,13 @@ SCHEMA = "rodmodel-calibration"
 #: Schema of the former adjustment files; see `rodmodel.io.adjustment_file`.
 ADJUSTMENT = "rodmodel-adjustment"
 VERSION = 1
-# Numbers of a bound: at its nodes, and by the moment on the base.
+# Numbers of a bound: at nodes over the pressures' sum and over θ, the nodes first; by the moment on the base.
 _NODES = {"pressure_sum": "pressure_sum_pa", "angle": "angle_rad", "tip": "tip_m"}
+_BENT = {
+    "bending_angle": "bending_angle_rad",
+    "angle_by_bend": "angle_by_bend_rad",
+    "tip_by_bend": "tip_by_bend_m",
+}
 _SLOPES = {"angle_per_moment": "angle_rad_per_nm", "tip_per_moment": "tip_per_n"}
 _ACTUATOR = {
     "body_length": "body_length_m",
@@ -241,7 +247,8 @@ def save_calibration(calibration: Calibration, path: str | Path) -> None:
 
 
 def _bound_content(bound: ErrorBound) -> dict[str, Any]:
-    nodes = {key: [float(x) for x in getattr(bound, name)] for name, key in _NODES.items()}
+    keys = {**_NODES, **_BENT}
+    nodes = {key: [float(x) for x in getattr(bound, name)] for name, key in keys.items()}
     return {**nodes, **{key: float(getattr(bound, name)) for name, key in _SLOPES.items()}}
 
 
@@ -294,19 +301,27 @@ def _actuator(record: Record) -> Actuator:
 
 
 def _bound(record: Record) -> ErrorBound:
-    nodes = {name: record.nodes(key, MOST_NODES) for name, key in _NODES.items()}
-    slopes = [record.number(key) for key in _SLOPES.values()]
-    count = len(nodes["pressure_sum"])
-    for name, key in _NODES.items():
+    nodes = _nodes(record, _NODES)
+    if any(key in record.content for key in _BENT.values()):
+        nodes |= _nodes(record, _BENT)
+    slopes: dict[str, Any] = {name: record.number(key) for name, key in _SLOPES.items()}
+    return ErrorBound(**nodes, **slopes)
+
+
+def _nodes(record: Record, keys: Mapping[str, str]) -> dict[str, Any]:
+    """Return a bound's nodes, which increase, and its terms at them, which do not decrease."""
+    nodes = {name: record.nodes(key, MOST_NODES) for name, key in keys.items()}
+    own = next(iter(keys))
+    count = len(nodes[own])
+    for name, key in keys.items():
         values = nodes[name]
         if len(values) != count:
-            raise record.error(key, f"{len(values)} numbers", f"{count}, one at each of pressure_sum_pa")
-        strictly = name == "pressure_sum"
+            raise record.error(key, f"{len(values)} numbers", f"{count}, one at each of {keys[own]}")
         for before, after in pairwise(values):
-            if after < before or (strictly and after == before):
-                rising = "increasing" if strictly else "not decreasing"
+            if after < before or (name == own and after == before):
+                rising = "increasing" if name == own else "not decreasing"
                 raise record.error(key, f"{after:g} after {before:g}", f"numbers that are {rising}")
-    return ErrorBound(nodes["pressure_sum"], nodes["angle"], nodes["tip"], *slopes)
+    return nodes
 
 
 def _error(record: Record) -> dict[str, Any]:

@@ -89,7 +89,7 @@ def solve_rod(
         tip_position, tip_rotation = base_rotation @ tip_position, base_rotation @ tip_rotation
     if base_position is not None:
         tip_position = base_position + tip_position
-    angle_bound, tip_bound = rod.error_bound.at(jnp.sum(pressure), base_moment)
+    angle_bound, tip_bound = rod.error_bound.at(jnp.sum(pressure), base_moment, bending_angle=angle)
     ended: Any = result_of(reached)
     names: Any = RESULTS
     ended = RESULTS.where(jnp.all(jnp.isfinite(tip_position)), ended, names.not_converged)

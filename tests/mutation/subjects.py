@@ -14,7 +14,8 @@ class Subject(NamedTuple):
 
 _STATICS = "tests/unit/rodmodel/statics"
 _NETWORK = "tests/unit/rodmodel/section/test_ridge_network.py::test_"
-_CELL = "tests/unit/fem_reference/cell/test_equations.py"
+_CELL_TESTS = "tests/unit/fem_reference/cell/test_equations"
+_CELL = (f"{_CELL_TESTS}.py", f"{_CELL_TESTS}_in_plane.py")
 
 # The core's C99 has no row: each fault would need a compilation of all its copies. Its equations are those of
 # the rows below, and tests/verification/rodmodel/test_core_against_reference.py compares the two.
@@ -43,6 +44,6 @@ SUBJECTS = {
         ),
     ),
     # Quadratic elements take most of the time, to compile, and the cell's equations are the same for them.
-    "cell": Subject("fem_reference/cell/equations.py", (_CELL,), without="quadratic"),
-    "cell-unknowns": Subject("fem_reference/cell/unknowns.py", (_CELL,), without="quadratic"),
+    "cell": Subject("fem_reference/cell/equations.py", _CELL, without="quadratic"),
+    "cell-unknowns": Subject("fem_reference/cell/unknowns.py", _CELL, without="quadratic"),
 }

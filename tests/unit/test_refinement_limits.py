@@ -32,6 +32,23 @@ def test_errors_of_second_order_leave_the_true_limit_inside_or_at_the_end():
     assert found.error(TRUE) == pytest.approx(0.0, abs=found.half_width)
 
 
+def test_the_finest_quadratic_mesh_is_taken_where_it_is_solved():
+    """Beyond what sections and layers add up to: by 0.5° more here."""
+    both = family("linear", -0.03, -0.01, "x2") | family("quadratic", 0.02, 0.005, "x1")
+    added = sum(
+        both[f"quadratic{mesh}"].value("chamber 1", 40.0, "angle_deg") * sign
+        for mesh, sign in ((" x2", 1.0), ("-2 x1", 1.0), (" x1", -1.0))
+    )
+    same = limit(both | {"quadratic-2 x2": solved("quadratic-2 x2", added)}, "chamber 1", 40.0, "angle_deg")
+    before = limit(both, "chamber 1", 40.0, "angle_deg")
+    assert (same.least, same.most) == pytest.approx((before.least, before.most))
+    # Of the finer mesh's value and what it extrapolates to the larger one.
+    higher = limit(
+        both | {"quadratic-2 x2": solved("quadratic-2 x2", added + 0.5)}, "chamber 1", 40.0, "angle_deg"
+    )
+    assert higher.most == pytest.approx(before.most + 0.5)
+
+
 @pytest.mark.parametrize("name", ["linear", "quadratic"])
 def test_one_family_alone_tells_no_limit(name):
     alone = family(name, -0.03, -0.01, "x2" if name == "linear" else "x1")

@@ -257,13 +257,13 @@ def _comment(found: "Found") -> str:
 
 
 def _accuracy(calibration: "Calibration") -> str:
-    """Return what the bound says at rest and at the largest sum of pressures, without loads."""
+    """Return what the bound says of a rod that is nearly straight, and of one far bent, without loads."""
     bound, most = calibration.error_bound, calibration.domain.pressure_sum_max
-    (angle, tip), (last_angle, last_tip) = bound.at(0.0), bound.at(most)
+    (angle, tip), (last_angle, last_tip) = bound.at(0.0), bound.at(most, bending_angle=math.pi)
     text = (
         "The bending angle of 90 % of states is within "
-        f"{math.degrees(angle):.2g} deg of the data it was calibrated to without pressure, and within "
-        f"{math.degrees(last_angle):.2g} deg at {1e-3 * most:g} kPa in sum"
+        f"{math.degrees(angle):.2g} deg of the data it was calibrated to where the rod is nearly straight, "
+        f"and within {math.degrees(last_angle):.2g} deg at half a turn and {1e-3 * most:g} kPa in sum"
     )
     if math.isnan(tip):
         return f"{text}; nothing is known of the tip."

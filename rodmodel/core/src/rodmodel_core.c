@@ -179,7 +179,10 @@ int rm_check_rod(const rm_rod *rod)
     for (int k = 0; k < 8; k++) {
         const rm_error_bound *bound = &rod->error_bound;
         good &= is_finite(bound->angle[k]) & is_finite(bound->pressure_sum[k]);
-        good &= k == 0 || bound->pressure_sum[k] > bound->pressure_sum[k - 1];
+        good &= is_finite(bound->angle_by_bend[k]) & is_finite(bound->tip_by_bend[k]);
+        good &= is_finite(bound->bending_angle[k]);
+        good &= k == 0 || (bound->pressure_sum[k] > bound->pressure_sum[k - 1]
+                           && bound->bending_angle[k] > bound->bending_angle[k - 1]);
     }
     for (int k = 0; good && k < 3 * law->images; k++) {
         good &= law->orders[k] >= 0 && law->orders[k] < 3;

@@ -126,12 +126,16 @@ typedef struct {
     rm_real single_beside;          /* largest pressure of each of the others there [Pa] */
 } rm_domain;
 
-/* Bound that the errors of 90 % of states keep: linear in the sum of the pressures between nodes, constant outside
- * them, plus a term linear in the moment that the loads put on the base. */
+/* Bound that the errors of 90 % of states keep: a term over the sum of the pressures, one over the predicted bending
+ * angle, and one in proportion to the moment that the loads put on the base. The first two are linear between nodes
+ * and constant outside them. */
 typedef struct {
     rm_real pressure_sum[8];        /* sums of the pressures at the nodes, increasing [Pa] */
-    rm_real angle[8];               /* bounds of the bending angle's error at the nodes [rad] */
-    rm_real tip[8];                 /* bounds of the tip's distance at the nodes [m]; NaN where none is known */
+    rm_real angle[8];               /* terms of the bending angle's bound at these nodes [rad] */
+    rm_real tip[8];                 /* terms of the tip's bound at these nodes [m]; NaN where none is known */
+    rm_real bending_angle[8];       /* bending angles at the nodes of the second term, increasing [rad] */
+    rm_real angle_by_bend[8];       /* terms of the bending angle's bound at these nodes [rad] */
+    rm_real tip_by_bend[8];         /* terms of the tip's bound at these nodes [m] */
     rm_real angle_per_moment;       /* growth with the moment on the base [rad/(N m)] */
     rm_real tip_per_moment;         /* [1/N] */
 } rm_error_bound;

@@ -69,7 +69,7 @@ def _pressed(why: str, *pressures: tuple[float, float, float], **body: Any) -> C
 
 CASES: dict[str, Case] = {
     "walls-press": _free("the walls of two chambers press on each other", (30, 30, 0), (50, 50, 0)),
-    "rings": _free("one chamber within rings, to 60 kPa", (60, 0, 0), winding=Ring()),
+    "rings": _free("one chamber within rings, to 60 kPa", (60, 0, 0), winding=Ring(), level=FINER),
     "six-helices": _free("two chambers in a period of two layers", (40, 40, 0), winding=SixHelix()),
     "sliding": _free("the silicone slides on the rod", (30, 30, 0), (50, 0, 0), end_compliance=0.23e-3),
     "slack-thread": _cell(

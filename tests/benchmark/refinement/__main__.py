@@ -1,4 +1,7 @@
-"""Solve every winding on every mesh: ``python -m tests.benchmark.refinement [RUN] [--only NAME …]``."""
+"""Solve every winding on every mesh: ``python -m tests.benchmark.refinement [RUN] [--only NAME …]``.
+
+``--upright`` bends by chamber 1 alone, in its plane of symmetry and to 70 kPa, where the winding has one.
+"""
 
 import argparse
 import sys
@@ -8,8 +11,10 @@ from pathlib import Path
 import jax
 
 from fem_reference import prepare_process
-from tests.benchmark.refinement.meshes import MESHES, WINDINGS
-from tests.benchmark.refinement.solve import solved
+from tests.benchmark.refinement.meshes import FINEST, MESHES, WINDINGS
+from tests.benchmark.refinement.solve import UPRIGHT, UPRIGHT_PATH, solved, solved_upright
+
+_SHOWN = (5.0, 20.0, 40.0, 50.0, 55.0)
 
 
 def main() -> int:
@@ -17,18 +22,24 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("run", nargs="?", type=Path, default=Path("build/refinement"))
     parser.add_argument("--only", nargs="+", choices=list(WINDINGS), metavar="NAME", help="these alone")
-    parser.add_argument("--meshes", nargs="+", choices=[m.name for m in MESHES], metavar="NAME")
+    parser.add_argument("--upright", action="store_true", help="chamber 1 in its plane of symmetry")
+    parser.add_argument("--meshes", nargs="+", choices=[m.name for m in (*MESHES, FINEST)], metavar="NAME")
     arguments = parser.parse_args()
     jax.config.update("jax_enable_x64", True)
     prepare_process()
     arguments.run.mkdir(parents=True, exist_ok=True)
     for winding in arguments.only or WINDINGS:
-        for mesh in MESHES:
+        if arguments.upright and not WINDINGS[winding].winding.mirror_symmetric:
+            continue
+        for mesh in (*MESHES, FINEST) if arguments.upright else MESHES:
             if arguments.meshes and mesh.name not in arguments.meshes:
                 continue
             clock = time.perf_counter()
-            found = solved(arguments.run, winding, mesh)
-            last = [f"{found.value('chamber 1', p, 'angle_deg'):.3f}" for p in (5.0, 20.0, 40.0, 50.0, 55.0)]
+            if arguments.upright:
+                found, path, shown = solved_upright(arguments.run, winding, mesh), UPRIGHT_PATH, UPRIGHT
+            else:
+                found, path, shown = solved(arguments.run, winding, mesh), "chamber 1", _SHOWN
+            last = [f"{found.value(path, p, 'angle_deg'):.3f}" for p in shown]
             took = time.perf_counter() - clock
             row = f"{winding:12s} {mesh.name:14s} {found.unknowns:6d}  {'  '.join(last)}"
             print(f"{row}  {took:.0f} s", flush=True)

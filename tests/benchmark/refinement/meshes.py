@@ -81,3 +81,5 @@ MESHES = (
     Mesh("linear-2", 2),
     Mesh("quadratic-2", 1),
 )
+#: The finest quadratic mesh, on which a cell is solved that keeps its plane of symmetry.
+FINEST = Mesh("quadratic-2", 2)

@@ -39,7 +39,10 @@ def gathered(run: Path | None) -> dict[str, dict[str, Solved]]:
         rows = [json.loads(file.read_text()) for file in sorted(run.glob("*.json"))]
     found: dict[str, dict[str, Solved]] = {name: {} for name in WINDINGS}
     for row in rows:
-        found[row["winding"]][row["mesh"]] = Solved(**row)
+        here, solved = found[row["winding"]], Solved(**row)
+        # Chamber 1 in its plane of symmetry is solved for by itself.
+        before = here.get(solved.mesh)
+        here[solved.mesh] = solved if before is None else before.joined(solved)
     return {name: meshes for name, meshes in found.items() if meshes}
 
 

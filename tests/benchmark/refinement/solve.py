@@ -3,7 +3,8 @@
 import json
 import math
 import time
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,10 @@ END_COMPLIANCE = 0.23e-3
 ONE = (5.0, 20.0, 40.0, 50.0, 55.0)
 TWO = (5.0, 20.0, 40.0, 50.0)
 PATHS = {"chamber 1": [(p, 0.0, 0.0) for p in ONE], "chambers 1+2": [(p, p, 0.0) for p in TWO]}
+#: Chamber 1 in its plane of symmetry, where the winding has one: the cell is held upright, as the full
+#: actuator holds its sections beyond the pressure at which they would lean.
+UPRIGHT_PATH = "chamber 1 upright"
+UPRIGHT = (20.0, 40.0, 50.0, 55.0, 60.0, 65.0, 70.0)
 
 
 @dataclass(frozen=True)
@@ -30,6 +35,11 @@ class Solved:
     unknowns: int
     states: dict[str, list[dict[str, Any]]]
 
+    def joined(self, other: "Solved") -> "Solved":
+        """These states with other paths of the same winding and mesh; the larger number of unknowns."""
+        most = max(self.unknowns, other.unknowns)
+        return replace(self, unknowns=most, states={**self.states, **other.states})
+
     def value(self, path: str, pressure_kpa: float, key: str) -> float:
         """A number of the state at that pressure; NaN if the path did not come so far.
 
@@ -37,7 +47,7 @@ class Solved:
         from there on that which is nearer to the last. Beyond the loss of the lateral one that is larger.
         """
         in_plane = math.inf
-        for state in self.states[path]:
+        for state in self.states.get(path, ()):
             both = [state[name] for name in ("soft_bending", "stiff_bending") if name in state]
             if both:
                 in_plane = min(both, key=lambda k: abs(k - in_plane)) if in_plane < math.inf else max(both)
@@ -49,20 +59,36 @@ class Solved:
 
 def solved(run: Path, winding: str, mesh: Mesh) -> Solved:
     """Read the states from the run's file, or solve for them and write it."""
-    file = run / f"{winding} {mesh.name}.json".replace(" ", "_")
+    return _on_file(run / f"{winding} {mesh.name}.json", lambda: _solve(winding, mesh, PATHS))
+
+
+def solved_upright(run: Path, winding: str, mesh: Mesh) -> Solved:
+    """As `solved`, of chamber 1 in its plane of symmetry alone."""
+    path = {UPRIGHT_PATH: [(p, 0.0, 0.0) for p in UPRIGHT]}
+    return _on_file(run / f"{winding} {mesh.name} upright.json", lambda: _solve(winding, mesh, path, True))
+
+
+def _on_file(file: Path, solve: Callable[[], Solved]) -> Solved:
+    file = file.with_name(file.name.replace(" ", "_"))
     if not file.exists():
-        record = json.dumps(vars(_solve(winding, mesh)), indent=1)
         whole = file.with_suffix(".new")
-        whole.write_text(record + "\n")
+        whole.write_text(json.dumps(vars(solve()), indent=1) + "\n")
         whole.replace(file)
     return Solved(**json.loads(file.read_text()))
 
 
-def _solve(winding: str, mesh: Mesh) -> Solved:
+def _solve(
+    winding: str,
+    mesh: Mesh,
+    paths: Mapping[str, Sequence[tuple[float, float, float]]],
+    symmetric: bool = False,
+) -> Solved:
     case = WINDINGS[winding]
-    cell = PeriodCell(winding=case.winding, level=mesh.level(case), end_compliance=END_COMPLIANCE)
+    cell = PeriodCell(
+        winding=case.winding, level=mesh.level(case), end_compliance=END_COMPLIANCE, symmetric=symmetric
+    )
     states: dict[str, list[dict[str, Any]]] = {}
-    for path, pressures in PATHS.items():
+    for path, pressures in paths.items():
         loads = [Load((1e3 * p, 1e3 * q, 1e3 * r)) for p, q, r in pressures]
         states[path], clock = [], time.perf_counter()
         try:

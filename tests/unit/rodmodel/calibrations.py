@@ -17,7 +17,16 @@ ACTUATOR = Actuator(
     body_length=0.06, cap_length=0.006, body_diameter=0.012, mass_per_length=0.068, cap_mass=0.73e-3
 )
 DOMAIN = Domain(pressure_max=(70e3, 60e3, 60e3), pressure_sum_max=100e3, moment_max=1.2e-3)
-BOUND = ErrorBound((0.0, 20e3, 90e3), (0.004, 0.008, 0.03), (1e-4, 3e-4, 2e-3), 5.0, 0.2)
+BOUND = ErrorBound(
+    (0.0, 20e3, 90e3),
+    (0.004, 0.008, 0.03),
+    (1e-4, 3e-4, 2e-3),
+    5.0,
+    0.2,
+    bending_angle=(0.0, 0.5, 1.5),
+    angle_by_bend=(0.0, 0.001, 0.004),
+    tip_by_bend=(0.0, 1e-5, 2e-4),
+)
 
 
 def ridge_arrays(*, symmetry: str = "mirror", oriented: bool = False) -> RidgeArrays:

@@ -1,5 +1,6 @@
 """The bound of a prediction's errors: its values, its nodes, and the numbers that it refuses."""
 
+import json
 import math
 from dataclasses import replace
 
@@ -12,6 +13,7 @@ from rodmodel.io import Adjustment
 from tests.unit.rodmodel import calibrations
 
 BOUND = ErrorBound((10e3, 30e3, 90e3), (0.01, 0.03, 0.09), (1e-4, 1e-4, 4e-4), 2.0, 0.5)
+BY_BEND = replace(BOUND, bending_angle=(0.5, 1.5), angle_by_bend=(0.0, 0.02), tip_by_bend=(1e-5, 3e-5))
 
 
 @pytest.mark.parametrize(
@@ -32,9 +34,26 @@ def test_the_bound_is_linear_between_nodes_and_in_the_moment(pressure_sum, momen
     assert BOUND.padded.at(pressure_sum, moment) == pytest.approx((angle, tip), rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("bending_angle", "angle", "tip"),
+    [(0.0, 0.0, 1e-5), (0.5, 0.0, 1e-5), (1.0, 0.01, 2e-5), (1.5, 0.02, 3e-5), (3.0, 0.02, 3e-5)],
+)
+def test_the_bound_grows_with_the_bend_between_nodes(bending_angle, angle, tip):
+    straight = BOUND.at(20e3, 1e-3)
+    expected = (straight[0] + angle, straight[1] + tip)
+    for bound in (BY_BEND, BY_BEND.padded):
+        assert bound.at(20e3, 1e-3, bending_angle=bending_angle) == pytest.approx(expected, rel=1e-12)
+    both = BY_BEND.at(20e3, 1e-3, bending_angle=np.array([bending_angle, 0.0]))
+    np.testing.assert_allclose(both[0], [expected[0], straight[0]], rtol=1e-12)
+    # A bound without such a term says the same of all.
+    assert BOUND.at(20e3, 1e-3, bending_angle=bending_angle) == straight
+    assert BY_BEND.largest_angle == pytest.approx(0.11)
+
+
 def test_padding_fills_the_room_and_stays_so():
-    padded = BOUND.padded
-    assert len(padded.pressure_sum) == len(padded.angle) == len(padded.tip) == MOST_NODES
+    padded = BY_BEND.padded
+    for name in ("pressure_sum", "angle", "tip", "bending_angle", "angle_by_bend", "tip_by_bend"):
+        assert len(getattr(padded, name)) == MOST_NODES
     assert padded.padded == padded
 
 
@@ -62,6 +81,10 @@ def test_a_number_is_a_constant_bound_of_the_angle():
         ({"tip": (-0.1, 0.2, 0.3)}, "tip: got -0.1, expected finite numbers of 0 or more"),
         ({"angle_per_moment": math.inf}, "angle_per_moment: got inf, expected finite"),
         ({"tip_per_moment": -1.0}, "tip_per_moment: got -1, expected finite"),
+        ({"bending_angle": (0.0, 1.0)}, "angle_by_bend: got 1 numbers, expected 2, one at each node"),
+        ({"tip_by_bend": ()}, "tip_by_bend: got 0 numbers, expected 1, one at each node"),
+        ({"bending_angle": (math.nan,)}, "bending_angle: got nan, expected finite"),
+        ({"angle_by_bend": (-0.1,)}, "angle_by_bend: got -0.1, expected finite"),
     ],
 )
 def test_what_tells_no_bound_is_refused(changes, said):
@@ -87,9 +110,22 @@ def test_an_adjusted_law_states_the_bound_of_the_pressures_inside_it():
         inside = np.sum(gain * reading + adjustment.pressure_offset)
         for mine, maps in zip(found.at(sum(reading), 1e-3), BOUND.at(inside, 1e-3), strict=True):
             assert mine >= maps - 1e-15
+    # What the bend adds is the same.
+    assert adjustment.bound(BY_BEND).at(0.0, bending_angle=1.0)[0] == pytest.approx(found.at(0.0)[0] + 0.01)
     # Between equal gains they are the same.
     same = replace(adjustment, pressure_gain=np.full(3, 1.1)).bound(BOUND)
     assert same.at(40e3) == pytest.approx(BOUND.at(1.1 * 40e3 + 5e3), rel=1e-12)
+
+
+def test_a_file_keeps_the_bound_and_one_of_before_has_no_growth_with_the_bend(tmp_path):
+    file = tmp_path / "file.json"
+    save_calibration(replace(calibrations.calibration(), bound=BY_BEND), file)
+    assert read_calibration(file).bound == BY_BEND
+    content = json.loads(file.read_text())
+    for key in ("bending_angle_rad", "angle_by_bend_rad", "tip_by_bend_m"):
+        del content["bound"][key]
+    file.write_text(json.dumps(content))
+    assert read_calibration(file).bound == BOUND
 
 
 def test_the_old_name_of_the_bound_still_answers(tmp_path):

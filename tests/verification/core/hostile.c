@@ -267,7 +267,8 @@ static void try_rod(long row)
                                 &law->constant, law->slope + pick(3), law->quadratic + pick(6),
                                 law->slope_by_pressure + pick(9), law->pressure_quadratic + pick(9),
                                 &changed.actuator.body_length + pick(12), &changed.domain.pressure_max[0] + pick(6),
-                                changed.error_bound.angle + pick(8), changed.error_bound.pressure_sum + pick(8)};
+                                changed.error_bound.angle + pick(8), changed.error_bound.pressure_sum + pick(8),
+                                changed.error_bound.tip_by_bend + pick(8), changed.error_bound.bending_angle + pick(8)};
     if (pick(4) == 0) {
         int *const which[] = {&law->images, &law->ridges, &law->features};
         int *const size = which[pick(3)];
@@ -280,7 +281,7 @@ static void try_rod(long row)
             return;
         }
     } else {
-        *scalars[pick(13)] = hostile();
+        *scalars[pick(15)] = hostile();
     }
     if (rm_check_rod(&changed) == 0) {
         for (int k = 0; k < 3; k++) {

@@ -276,20 +276,30 @@ static void put_volumes(solve_state *at, const rm_real *pressure, rm_real *volum
     }
 }
 
-/* Set the rod's bounds at a sum of pressures and the moment on the base. */
-static void put_error_bound(const rm_error_bound *bound, rm_real pressure_sum, rm_solution *solution)
+/* Add two quantities that are linear between eight nodes, and constant outside them. */
+static void add_between_nodes(const rm_real *nodes, rm_real at, const rm_real *first, const rm_real *second,
+                              rm_real *first_sum, rm_real *second_sum)
 {
     int after = 1;
-    while (after < 7 && pressure_sum > bound->pressure_sum[after]) {
+    while (after < 7 && at > nodes[after]) {
         after++;
     }
-    const rm_real first = bound->pressure_sum[after - 1], last = bound->pressure_sum[after];
-    const rm_real way = (pressure_sum - first) / (last - first);
+    const int before = after - 1;
+    const rm_real way = (at - nodes[before]) / (nodes[after] - nodes[before]);
     const rm_real share = way > R(0.0) ? (way < R(1.0) ? way : R(1.0)) : R(0.0);
-    solution->angle_error = bound->angle[after - 1] + share * (bound->angle[after] - bound->angle[after - 1])
-                            + bound->angle_per_moment * solution->base_moment;
-    solution->tip_error = bound->tip[after - 1] + share * (bound->tip[after] - bound->tip[after - 1])
-                          + bound->tip_per_moment * solution->base_moment;
+    *first_sum += first[before] + share * (first[after] - first[before]);
+    *second_sum += second[before] + share * (second[after] - second[before]);
+}
+
+/* Set the rod's bounds at a sum of pressures, the bending angle and the moment on the base. */
+static void put_error_bound(const rm_error_bound *bound, rm_real pressure_sum, rm_solution *solution)
+{
+    solution->angle_error = bound->angle_per_moment * solution->base_moment;
+    solution->tip_error = bound->tip_per_moment * solution->base_moment;
+    add_between_nodes(bound->pressure_sum, pressure_sum, bound->angle, bound->tip, &solution->angle_error,
+                      &solution->tip_error);
+    add_between_nodes(bound->bending_angle, solution->bending_angle, bound->angle_by_bend, bound->tip_by_bend,
+                      &solution->angle_error, &solution->tip_error);
 }
 
 /* Set pose and flags of the equilibrium reached. */

@@ -25,8 +25,11 @@ def test_a_file_gets_its_bound_and_where_it_comes_from(tmp_path, capsys):
     assert main(["bounds", str(file), "--json"]) == 0
     (row,) = json.loads(capsys.readouterr().out)["bounds"]
     after = read_calibration(file)
-    np.testing.assert_allclose(row["bound"]["angle_deg"], np.degrees(after.bound.angle))
-    np.testing.assert_allclose(row["bound"]["tip_mm"], 1e3 * np.array(after.bound.tip))
+    bent = np.array(after.bound.bending_angle)
+    angle, tip = after.bound.at(0.0, bending_angle=bent)
+    np.testing.assert_allclose(row["bound"]["bending_angle_deg"], np.degrees(bent))
+    np.testing.assert_allclose(row["bound"]["angle_deg"], np.degrees(angle))
+    np.testing.assert_allclose(row["bound"]["tip_mm"], 1e3 * tip)
     note = after.provenance["bound"]
     assert note["command"] == f"rodmodel-calibrate bounds {file} --json"
     for name in ("truth_sha256", "mesh_limits_sha256"):

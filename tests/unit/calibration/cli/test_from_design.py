@@ -122,8 +122,8 @@ def test_the_whole_way_resumes_and_ends_in_a_calibration(tmp_path, capsys, monke
     assert {file: file.stat().st_mtime_ns for file in before} == before
 
     made = read_calibration(out)
-    np.testing.assert_array_equal(np.diff(made.bound.angle) >= 0.0, True)
-    assert made.bound.angle[-1] > 0.0
+    np.testing.assert_array_equal(np.diff(made.bound.angle_by_bend) >= 0.0, True)
+    assert made.bound.largest_angle > 0.0
     assert made.provenance["from_design"]["mesh_check"]["one_chamber_percent"] > 0.0
     page = out.with_suffix(".html").read_text()
     assert "data:image/png;base64," in page

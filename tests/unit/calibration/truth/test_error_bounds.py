@@ -17,7 +17,7 @@ def layout(pitch: float) -> Layout:
 
 
 def verdict_of(
-    role: list[str], pitch: list[float], total: np.ndarray, moment: np.ndarray, error: np.ndarray
+    role: list[str], pitch: list[float], angle: np.ndarray, moment: np.ndarray, error: np.ndarray
 ) -> Verdict:
     """States whose angle errs by `error` [rad] and whose tip by as many hundredths of a metre."""
     count = len(role)
@@ -27,10 +27,11 @@ def verdict_of(
     return Verdict(
         case=np.array([f"case{k}" for k in range(count)], dtype=object),
         role=np.array(role, dtype=object),
-        pressure=np.stack([total, zero, zero], axis=1),
+        pressure=np.stack([30e3 * angle, zero, zero], axis=1),
         loaded=moment > 0.0,
         judged=np.ones(count, dtype=bool),
         angle=np.full(count, 1.0),
+        rod_angle=angle,
         tip=zero,
         angle_error=error,
         plane_error=zero,
@@ -50,18 +51,18 @@ def verdict_of(
 
 
 def drawn(seed: int, states: int = 40) -> Verdict:
-    """Errors that grow from 0.01 to 0.05 rad over the pressures' sum, alike in all layouts."""
+    """Errors that grow from 0.01 to 0.05 rad over half a turn of the rod, alike in all layouts."""
     random = np.random.default_rng(seed)
-    roles, pitches, totals, errors = [], [], [], []
+    roles, pitches, angles, errors = [], [], [], []
     for role in ("fit", "judge"):
         for pitch in PITCHES:
-            total = random.uniform(0.0, 100e3, states)
+            angle = random.uniform(0.0, np.pi, states)
             roles += [role] * states
             pitches += [pitch] * states
-            totals.append(total)
-            errors.append((0.01 + 0.04 * total / 100e3) * np.abs(random.standard_normal(states)))
+            angles.append(angle)
+            errors.append((0.01 + 0.04 * angle / np.pi) * np.abs(random.standard_normal(states)))
     count = len(roles)
-    return verdict_of(roles, pitches, np.concatenate(totals), np.zeros(count), np.concatenate(errors))
+    return verdict_of(roles, pitches, np.concatenate(angles), np.zeros(count), np.concatenate(errors))
 
 
 def rows_of(verdict: Verdict, role: str, pitch: float) -> np.ndarray:
@@ -75,17 +76,19 @@ def test_the_bound_covers_nine_in_ten_states_of_a_layout_that_it_has_not_seen():
         bound, note = bound_for(verdict, scales(verdict), layout(3e-3))
         shares.append(note["own_judge_states"]["angle"])
         assert note["own_judge_states"]["tip"] == pytest.approx(shares[-1])
-        assert bound.pressure_sum == NODES
+        assert bound.bending_angle == NODES
     # The mean over 40 draws of 40 states has a standard error of 1 %.
     assert np.mean(shares) == pytest.approx(0.9, abs=0.03)
 
 
-def test_the_bound_follows_how_the_error_grows_with_the_pressures():
+def test_the_bound_follows_how_the_error_grows_with_the_bend():
     verdict = drawn(1, states=400)
     bound, _ = bound_for(verdict, scales(verdict), layout(3e-3))
     # 90 % of a half normal distribution are below 1.645.
-    for total in (10e3, 45e3, 90e3):
-        assert bound.at(total)[0] == pytest.approx(1.645 * (0.01 + 0.04 * total / 100e3), rel=0.12)
+    for angle in (0.3, 1.5, 3.0):
+        expected = 1.645 * (0.01 + 0.04 * angle / np.pi)
+        for total in (0.0, 90e3):
+            assert bound.at(total, bending_angle=angle)[0] == pytest.approx(expected, rel=0.12)
 
 
 def test_nothing_of_a_layouts_own_judge_states_is_in_its_bound():
@@ -96,17 +99,17 @@ def test_nothing_of_a_layouts_own_judge_states_is_in_its_bound():
     (mine, note), (same, worse) = (bound_for(one, scales(one), layout(3e-3)) for one in (verdict, other))
     assert same == mine
     assert worse["own_judge_states"]["angle"] < 0.5 < note["own_judge_states"]["angle"]
-    assert bound_for(other, scales(other), layout(4e-3))[0].angle[-1] > mine.angle[-1]
+    assert bound_for(other, scales(other), layout(4e-3))[0].largest_angle > mine.largest_angle
 
 
 def test_each_other_layout_has_the_same_weight_however_many_states_it_has():
     """Ten states of a worse layout tell the same as each of them four times, and more than none."""
     verdict = drawn(3)
     worse = np.flatnonzero(rows_of(verdict, "judge", 6e-3))
-    errors, pressure = 5.0 * verdict.angle_off, verdict.pressure.copy()
+    errors, bent = 5.0 * verdict.angle_off, verdict.rod_angle.copy()
     errors = np.where(rows_of(verdict, "judge", 6e-3), errors, verdict.angle_off)
-    errors[worse], pressure[worse] = np.tile(errors[worse[:10]], 4), np.tile(pressure[worse[:10]], (4, 1))
-    many = replace(verdict, angle_off=errors, pressure=pressure)
+    errors[worse], bent[worse] = np.tile(errors[worse[:10]], 4), np.tile(bent[worse[:10]], 4)
+    many = replace(verdict, angle_off=errors, rod_angle=bent)
     kept = np.ones(len(errors), dtype=bool)
     kept[worse[10:]] = False
     few = replace(many, judged=kept.copy())

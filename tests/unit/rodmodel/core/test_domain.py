@@ -62,7 +62,11 @@ def test_outside_are_larger_moments_and_pressures(rod: CoreRod) -> None:
     inside = found["moment_share"] <= 1.0
     np.testing.assert_array_equal(found["in_domain"][good] != 0, inside[good])
     assert 0.2 < np.mean(inside[good]) < 0.8
-    angle, tip = rod.error_bound.at(np.sum(loaded(rod, 300)["pressure"], axis=1), found["base_moment"])
+    angle, tip = rod.error_bound.at(
+        np.sum(loaded(rod, 300)["pressure"], axis=1),
+        found["base_moment"],
+        bending_angle=found["bending_angle"],
+    )
     for name, bound in (("angle_error", angle), ("tip_error", tip)):
         stated = np.where(found["in_domain"] != 0, bound, np.nan)
         np.testing.assert_allclose(found[name], stated, rtol=1e-14)

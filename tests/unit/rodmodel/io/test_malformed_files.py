@@ -128,6 +128,15 @@ WRONG_VALUES = [
     ("bound.pressure_sum_pa", [0.0, 2e4, 2e4], "20000 after 20000", "expected numbers that are increasing"),
     ("bound.pressure_sum_pa", [0.0, 2e4, 4e8], "[0.0, 20000.0, 400000000.0]", NODES),
     ("bound.angle_rad", [0.1, 0.1], "2 numbers", "expected 3, one at each of pressure_sum_pa"),
+    (
+        "bound.bending_angle_rad",
+        REMOVED,
+        "nothing",
+        "expected 1 to 8 numbers, each a number from 0 to 1000 rad",
+    ),
+    ("bound.bending_angle_rad", [0.0, 0.5, 0.5], "0.5 after 0.5", "expected numbers that are increasing"),
+    ("bound.tip_by_bend_m", [0.0], "1 numbers", "expected 3, one at each of bending_angle_rad"),
+    ("bound.angle_by_bend_rad", [0.0, 0.2, 0.1], "0.1 after 0.2", "expected numbers that are not decreasing"),
     ("bound.angle_rad", [0.1, 0.2, 0.1], "0.1 after 0.2", "expected numbers that are not decreasing"),
     (
         "bound.angle_rad",

@@ -47,6 +47,11 @@ def test_the_finest_quadratic_mesh_is_taken_where_it_is_solved():
         both | {"quadratic-2 x2": solved("quadratic-2 x2", added + 0.5)}, "chamber 1", 40.0, "angle_deg"
     )
     assert higher.most == pytest.approx(before.most + 0.5)
+    # Where it does not come so far nothing is told: its walls fold, and errors do not add up.
+    lost = {"quadratic-2 x2": Solved("psi 0", "quadratic-2 x2", 1, 1, {"chamber 1": []})}
+    assert limit(both | lost, "chamber 1", 40.0, "angle_deg") is None
+    elsewhere = {"quadratic-2 x2": Solved("psi 0", "quadratic-2 x2", 1, 1, {"another path": []})}
+    assert limit(both | elsewhere, "chamber 1", 40.0, "angle_deg") == before
 
 
 @pytest.mark.parametrize("name", ["linear", "quadratic"])

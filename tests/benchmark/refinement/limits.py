@@ -2,10 +2,11 @@
 
 Of a quantity q, linear hexahedra give q(1, 1), q(1, 2) and q(2, 2) on meshes of once or twice the section's
 counts and the layers; quadratic ones q(1, 1), q(1, 2) and q(2, 1). Both directions' errors add up to first
-order, which gives q(2, 2) of the quadratic ones where it is not solved for. Richardson's extrapolation at
+order, which gives q(2, 2) of the quadratic ones where nobody solved for it. Richardson's extrapolation at
 second order then gives a limit of either family: contact and the threads' circumference leave neither a
 higher order. The interval spans the finest values and the extrapolated ones of both; its middle is the limit
-for all meshes.
+for all meshes. There is none where the finest mesh was tried and did not come so far: near a fold of a wall
+the directions' errors do not add up (at ψ = 0, chamber 1, 55 kPa to 120.1° for 118.3°).
 
 References
 ----------
@@ -53,7 +54,9 @@ def limit(by_mesh: dict[str, Solved], path: str, pressure_kpa: float, key: str) 
     by_mesh : solved states by the mesh's name.
     path, pressure_kpa, key : which state and quantity.
     """
-    return limit_of(lambda name: _value(by_mesh, name, path, pressure_kpa, key))
+    finest = by_mesh.get("quadratic-2 x2")
+    tried = finest is not None and path in finest.states
+    return limit_of(lambda name: _value(by_mesh, name, path, pressure_kpa, key), finest_tried=tried)
 
 
 def difference(
@@ -71,14 +74,19 @@ def difference(
     return limit_of(of)
 
 
-def limit_of(value: Callable[[str], float]) -> Limit | None:
+def limit_of(value: Callable[[str], float], finest_tried: bool = False) -> Limit | None:
     """Return the interval of a quantity from its value on each mesh by name, NaN where it is not known.
+
+    Parameters
+    ----------
+    value : of the quantity on a mesh.
+    finest_tried : whether the finest quadratic mesh was solved for that path, however far it came.
 
     It takes both families: the errors of one may change their sign between its meshes, and its interval is
     then narrow by chance (0.01 % for linear hexahedra at ψ = 0).
     """
     finest = value("quadratic-2 x2")
-    if np.isnan(finest):
+    if not finest_tried:
         finest = value("quadratic-2 x1") + value("quadratic x2") - value("quadratic x1")
     both = np.array([_ends(value("linear x1"), value("linear-2 x2")), _ends(value("quadratic x1"), finest)])
     if np.isnan(both).any():

@@ -31,10 +31,6 @@ def shares(verdict: Verdict) -> dict[str, Any]:
     return coverage_by(verdict)
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="angles 96.6 % over all; tips 76 % from 54 to 70 kPa in sum, and 60 % at a pitch of 4 mm",
-)
 @pytest.mark.parametrize("quantity", ["angle", "tip"])
 def test_nine_states_in_ten_keep_the_stated_bound(shares: dict[str, Any], quantity: str) -> None:
     """By bounds of the issue's own: over all, in each layout and in each fifth of the pressures' sum."""
@@ -49,17 +45,15 @@ def test_nine_states_in_ten_keep_the_stated_bound(shares: dict[str, Any], quanti
     assert kept >= 0.8 * sum(row["states"] for row in few)
 
 
-def test_nine_tips_in_ten_keep_it_over_all(shares: dict[str, Any]) -> None:
-    assert 0.87 <= shares["all"]["tip"] <= 0.96
-
-
-def test_angles_keep_it_in_each_fifth_of_the_pressures(shares: dict[str, Any]) -> None:
-    assert shares["all"]["angle"] >= 0.87
-    assert all(row["angle"] >= 0.8 for row in shares["fifths"])
-
-
 def test_the_bound_is_narrow_where_pressures_are_low(shares: dict[str, Any]) -> None:
     assert shares["median_bound_below_30_kpa_deg"] <= 1.5
+
+
+def test_the_bound_is_narrow_where_a_rod_bends_by_a_quarter_turn(verdict: Verdict) -> None:
+    """No wider than the limit of meshes, the map and the ends add up to there, each with 2 % of the angle."""
+    bent = (verdict.rod_angle > np.deg2rad(60.0)) & (verdict.rod_angle < np.deg2rad(90.0)) & verdict.judged
+    assert bent.sum() >= 15
+    assert np.median(verdict.stated[bent] / verdict.rod_angle[bent]) <= 0.06
 
 
 def test_each_file_has_the_bound_that_the_truth_of_the_others_tells(verdict: Verdict) -> None:
@@ -69,7 +63,15 @@ def test_each_file_has_the_bound_that_the_truth_of_the_others_tells(verdict: Ver
         made, note = bound_for(verdict, scale, calibration.layout)
         name = title(calibration.layout)
         assert calibration.bound is not None, name
-        for key in ("pressure_sum", "angle", "tip", "angle_per_moment", "tip_per_moment"):
+        for key in (
+            "angle",
+            "tip",
+            "angle_per_moment",
+            "tip_per_moment",
+            "bending_angle",
+            "angle_by_bend",
+            "tip_by_bend",
+        ):
             np.testing.assert_allclose(getattr(calibration.bound, key), getattr(made, key), rtol=1e-6)
         stated = calibration.provenance["bound"]["judge_states_of_other_layouts"]
         assert stated == note["judge_states_of_other_layouts"]

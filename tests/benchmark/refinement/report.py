@@ -1,4 +1,4 @@
-"""Table and figure of the refinement study.
+"""Tables and figure of the refinement study.
 
 Run as ``python -m tests.benchmark.refinement.report [RUN] [--plot FILE] [--json]`` on what
 ``python -m tests.benchmark.refinement RUN`` has solved; without RUN, on the record that ships.
@@ -20,8 +20,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from tests.benchmark.refinement.limits import Limit, limit
-from tests.benchmark.refinement.meshes import MESHES, WINDINGS
-from tests.benchmark.refinement.solve import ONE, TWO, Solved
+from tests.benchmark.refinement.meshes import FINEST, MESHES, WINDINGS
+from tests.benchmark.refinement.solve import ONE, TWO, UPRIGHT, UPRIGHT_PATH, Solved
 
 RECORD = Path(__file__).with_name("recorded.json")
 #: Meshes that are judged; the others tell the limit.
@@ -83,6 +83,22 @@ def table(found: dict[str, dict[str, Solved]]) -> str:
             rows.append(
                 f"| {winding} | {_TITLES.get(name, name)} | {meshes[name].unknowns} | {' | '.join(cells)} |"
             )
+    return "\n".join(rows)
+
+
+def upright_table(found: dict[str, dict[str, Solved]]) -> str:
+    """Markdown table: angles of chamber 1 held upright, by mesh; nothing where walls fold before."""
+    shown = [pressure for pressure in UPRIGHT if pressure >= 50.0]
+    rows = [
+        "| winding | mesh | " + " | ".join(f"{pressure:g} kPa" for pressure in shown) + " |",
+        "|" + " --- |" * (2 + len(shown)),
+    ]
+    for winding, meshes in found.items():
+        for name in (mesh.name for mesh in (*MESHES, FINEST)):
+            if name in meshes and UPRIGHT_PATH in meshes[name].states:
+                angles = [meshes[name].value(UPRIGHT_PATH, pressure, "angle_deg") for pressure in shown]
+                cells = [f"{angle:.1f}°" if np.isfinite(angle) else "folded" for angle in angles]
+                rows.append(f"| {winding} | {_TITLES.get(name, name)} | {' | '.join(cells)} |")
     return "\n".join(rows)
 
 
@@ -151,6 +167,7 @@ def main() -> int:
         print(json.dumps({"largest_errors": errors}))
     else:
         print(table(found))
+        print(f"\nChamber 1 held upright in its plane of symmetry:\n\n{upright_table(found)}")
     return 0
 
 
@@ -160,7 +177,7 @@ def _error(meshes: dict[str, Solved], name: str, key: str) -> dict[str, float] |
 
 
 def _rows(found: dict[str, dict[str, Solved]]) -> list[dict[str, Any]]:
-    order = [mesh.name for mesh in MESHES]
+    order = [mesh.name for mesh in (*MESHES, FINEST)]
     return [vars(meshes[name]) for meshes in found.values() for name in order if name in meshes]
 
 

@@ -249,6 +249,9 @@ def test_the_next_period_follows_by_the_rods_motion():
         for _ in range(times):
             moved = rotation @ moved + translation
         np.testing.assert_allclose(x[node], moved, rtol=0, atol=1e-12)
+    # The mesh goes on above the top as far as the threads' circumference reaches.
+    above = cell.helical.continued.points[:, 2].max() - rest[:, 2].max()
+    assert above >= Thread().radius * cell.units.metre
     # Closest points are sought on the core beyond both ends of the cell.
     assert cell.reach >= 2.0 * rest[:, 2].max() - 1e-12
 

@@ -16,10 +16,6 @@ def level_title(level: Level) -> str:
     return level if isinstance(level, str) else "a mesh of its own counts"
 
 
-# Mesh of the actuator's runs in a short budget: half of the elements of ``coarse`` along partitions and
-# through walls. It has a third of the unknowns, takes a fifth of the time, and its cell bends by up to 2.4 %
-# less; runs are carried to the sweep's mesh by the ratio of the cell's angles.
-_DRAFT = MeshLevel(4, 12, 2, 2, 2, 2, 1, 1.0)
 _UNITS = {"s": 1.0, "min": 60.0, "h": 3600.0}
 # From these budgets on, the cell may have the mesh near its limit and the actuator has more runs, and these
 # have thinner layers [s].
@@ -88,7 +84,7 @@ class Meshes:
         """Return the levels that a budget allows."""
         best = converged_level(design.winding)
         if not budget.converged:
-            return cls("coarse", "coarse", best if best != "coarse" else "fine", _DRAFT)
+            return cls("coarse", "coarse", best if best != "coarse" else "fine", "coarse")
         level = mesh_level(best)
         finer: Level = "finer" if best == "fine" else replace(level, axial_size=0.75 * level.axial_size)
         if budget.thorough:

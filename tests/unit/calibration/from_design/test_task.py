@@ -1,7 +1,6 @@
 """Budgets of time, and the meshes that they allow."""
 
 import math
-from dataclasses import astuple
 from pathlib import Path
 
 import pytest
@@ -30,10 +29,6 @@ def test_an_hour_has_the_converged_mesh_and_less_the_coarse_one():
     assert (hour.sweep, hour.finer) == ("fine", "finer")
     assert (short.cheaper, hour.cheaper, day.cheaper) == (None, "coarse", None)
     assert (hour.actuator, day.actuator) == ("coarse", "layered")
-    # A run of a short budget is to end within it.
-    counts, of_coarse = (astuple(level)[:7] for level in (short.actuator, LEVELS["coarse"]))
-    assert math.prod(counts) < 0.3 * math.prod(of_coarse)
-    assert all(few <= many for few, many in zip(counts, of_coarse, strict=True))
 
 
 def test_rings_have_a_mesh_beyond_their_converged_one():

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
+from calibration.from_design.pressure_range import chambers_alike
 from calibration.from_design.stage_record import StageError, key_of
 from calibration.from_design.task import Level, Task
 from calibration.processes import Job, JobError, run_jobs
@@ -27,6 +28,28 @@ from rodmodel.io import write_atomically
 
 # Pressures of fit and judge runs, as shares of the domain's. No load has both roles.
 _FIT, _JUDGE = (0.25, 0.5, 0.75, 0.95), (0.2, 0.45, 0.7, 0.92)
+_Run = tuple[str, Literal["fit", "judge"], tuple[float, float, float]]
+# Names, roles and directions of runs: of chambers that are alike, of others, and more of them.
+_IN_PLANE: tuple[_Run, ...] = (
+    ("chambers23", "fit", (0.0, 1.0, 1.0)),
+    ("chamber1", "fit", (1.0, 0.0, 0.0)),
+    ("chambers23", "judge", (0.0, 1.0, 1.0)),
+    ("chamber1", "judge", (1.0, 0.0, 0.0)),
+)
+_DIFFERENT: tuple[_Run, ...] = (
+    ("chambers12", "fit", (1.0, 1.0, 0.0)),
+    ("chamber1", "fit", (1.0, 0.0, 0.0)),
+    ("chambers23", "judge", (0.0, 1.0, 1.0)),
+    ("chamber2", "judge", (0.0, 1.0, 0.0)),
+)
+_FURTHER: tuple[_Run, ...] = (
+    ("chamber2", "fit", (0.0, 1.0, 0.0)),
+    ("chambers31", "judge", (1.0, 0.0, 1.0)),
+)
+_MIXTURES: tuple[_Run, ...] = (
+    ("mixture", "fit", (1.0, 0.5, 0.2)),
+    ("mixture", "judge", (0.3, 1.0, 0.6)),
+)
 # Largest share of the budget that the runs take, and a time that they have in any case [s]. Those that are
 # not done by then end early.
 _SHARE, _ALWAYS = 0.4, 480.0
@@ -35,25 +58,17 @@ _SHARE, _ALWAYS = 0.4, 480.0
 def cases_for(task: Task, domain: Domain) -> tuple[TruthCase, ...]:
     """Return the runs: one chamber and two for the ends, and others of both kinds that judge the rod.
 
-    Runs in the plane of symmetry keep it, where the winding has one.
+    Runs in the plane of symmetry keep it, where the winding has one: they have half the unknowns. Where all
+    chambers are alike, all runs lie in it, and fit and judge runs differ by their loads.
     """
     design, mirror = task.design, task.design.winding.mirror_symmetric
-    ways: list[tuple[str, Literal["fit", "judge"], tuple[float, float, float]]] = [
-        # The ends first: without them a judge tells little.
-        ("chambers12", "fit", (1.0, 1.0, 0.0)),
-        ("chamber1", "fit", (1.0, 0.0, 0.0)),
-        ("chambers23", "judge", (0.0, 1.0, 1.0)),
-        ("chamber2", "judge", (0.0, 1.0, 0.0)),
-    ]
-    if task.budget.converged:
-        ways += [
-            ("chamber2", "fit", (0.0, 1.0, 0.0)),
-            ("mixture", "fit", (1.0, 0.5, 0.2)),
-            ("chambers31", "judge", (1.0, 0.0, 1.0)),
-            ("mixture", "judge", (0.3, 1.0, 0.6)),
-        ]
+    # The ends first: without them a judge tells little.
+    if chambers_alike(design):
+        runs = [*_IN_PLANE, *(_MIXTURES if task.budget.converged else ())]
+    else:
+        runs = [*_DIFFERENT, *((*_FURTHER, *_MIXTURES) if task.budget.converged else ())]
     cases = []
-    for name, role, way in ways:
+    for name, role, way in runs:
         largest = edge(domain, np.array(way))
         shares = _FIT if role == "fit" else _JUDGE
         loads = tuple(_load(share * largest) for share in shares)

@@ -80,9 +80,14 @@ def title_of(chambers: Sequence[int]) -> str:
     return f"chamber{'s' if len(chambers) > 1 else ''} {' and '.join(map(str, chambers))}"
 
 
+def chambers_alike(design: Design) -> bool:
+    """Return whether a turn from one chamber to the next takes the section to itself."""
+    return design.winding.name in _ALIKE
+
+
 def range_paths(design: Design) -> tuple[tuple[int, ...], ...]:
     """Return the chambers to follow: those that the section's symmetry does not make alike."""
-    if design.winding.name in _ALIKE:
+    if chambers_alike(design):
         return (1,), (2, 3)
     if design.winding.mirror_symmetric:
         return (1,), (2,), (1, 2), (2, 3)

@@ -10,7 +10,7 @@ from calibration.from_design import Budget, Meshes, StageError, Task
 from calibration.from_design import actuator_runs as stage
 from calibration.sweep import inside
 from calibration.truth import TruthCase
-from fem_reference import ActuatorLoad, Design, DoubleHelix
+from fem_reference import ActuatorLoad, Design, DoubleHelix, Ring
 from rodmodel import Domain
 from tests.fem_fixtures import TINY
 
@@ -22,9 +22,10 @@ def task_in(directory: Path, budget: float = 600.0, **changed) -> Task:
     return Task(design, Budget(budget), directory, "the command", workers=2, meshes=Meshes(*[TINY] * 4))
 
 
+@pytest.mark.parametrize("winding", [DoubleHelix(), Ring(), DoubleHelix(psi=0.4)])
 @pytest.mark.parametrize("budget", [600.0, 8 * 3600.0])
-def test_runs_lie_in_the_domain_and_no_load_has_both_roles(tmp_path, budget):
-    cases = stage.cases_for(task_in(tmp_path, budget), DOMAIN)
+def test_runs_lie_in_the_domain_and_no_load_has_both_roles(tmp_path, budget, winding):
+    cases = stage.cases_for(task_in(tmp_path, budget, winding=winding), DOMAIN)
     loads = {
         role: [load.pressure for c in cases if c.role == role for load in c.loads]
         for role in ("fit", "judge")
@@ -42,6 +43,10 @@ def test_a_run_keeps_its_plane_where_winding_and_loads_have_one(tmp_path):
     assert plane == ["fit-chamber1", "judge-chambers23"]
     turned = task_in(tmp_path, winding=DoubleHelix(psi=0.4))
     assert not any(c.symmetric for c in stage.cases_for(turned, DOMAIN))
+    # Where chambers are alike, nothing is lost by staying in it.
+    rings = stage.cases_for(task_in(tmp_path, winding=Ring()), DOMAIN)
+    assert [c.name for c in rings] == ["fit-chambers23", "fit-chamber1", "judge-chambers23", "judge-chamber1"]
+    assert all(c.symmetric for c in rings)
 
 
 def test_what_is_on_file_is_not_run_again(tmp_path, monkeypatch):

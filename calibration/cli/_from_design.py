@@ -98,11 +98,6 @@ def _task(options: argparse.Namespace, command: str) -> "Task":
     from calibration.from_design import Budget, Task
 
     design = read_design_file("design", options.design)
-    if any(design.geometry.outer_wall_variation):
-        raise BadInputError(
-            f"design: {options.design}: got an outer_wall_variation, expected none: a law has the symmetry "
-            "of a section with equal walls"
-        )
     try:
         budget = Budget.parse(options.budget)
     except ValueError as error:

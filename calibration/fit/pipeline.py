@@ -119,7 +119,8 @@ def symmetry_of(run: dict[str, Any]) -> str:
     """Return the symmetry of the section from the attributes of a run."""
     if not run["mirror"]:
         return "none"
-    return "full" if run["layout"] in _ALIKE else "mirror"
+    walls = run.get("geometry", {}).get("outer_wall_variation", ())
+    return "full" if run["layout"] in _ALIKE and len(set(walls)) <= 1 else "mirror"
 
 
 def begin_near(law: AnyLaw, run: dict[str, Any]) -> AnyLaw:

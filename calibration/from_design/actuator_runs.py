@@ -8,7 +8,6 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
-from calibration.from_design.pressure_range import chambers_alike
 from calibration.from_design.stage_record import StageError, key_of
 from calibration.from_design.task import Level, Task
 from calibration.processes import Job, JobError, run_jobs
@@ -58,12 +57,12 @@ _SHARE, _ALWAYS = 0.4, 480.0
 def cases_for(task: Task, domain: Domain) -> tuple[TruthCase, ...]:
     """Return the runs: one chamber and two for the ends, and others of both kinds that judge the rod.
 
-    Runs in the plane of symmetry keep it, where the winding has one: they have half the unknowns. Where all
+    Runs in the plane of symmetry keep it, where the section has one: they have half the unknowns. Where all
     chambers are alike, all runs lie in it, and fit and judge runs differ by their loads.
     """
-    design, mirror = task.design, task.design.winding.mirror_symmetric
+    design = task.design
     # The ends first: without them a judge tells little.
-    if chambers_alike(design):
+    if design.symmetry == "full":
         runs = [*_IN_PLANE, *(_MIXTURES if task.budget.converged else ())]
     else:
         runs = [*_DIFFERENT, *((*_FURTHER, *_MIXTURES) if task.budget.converged else ())]
@@ -72,7 +71,7 @@ def cases_for(task: Task, domain: Domain) -> tuple[TruthCase, ...]:
         largest = edge(domain, np.array(way))
         shares = _FIT if role == "fit" else _JUDGE
         loads = tuple(_load(share * largest) for share in shares)
-        symmetric = mirror and way[1] == way[2]
+        symmetric = design.symmetry != "none" and way[1] == way[2]
         cases.append(TruthCase(f"{role}-{name}", role, design.winding, loads, symmetric))
     return tuple(cases)
 

@@ -32,7 +32,6 @@ ANGLE, STABILITY, STRETCH, SOLVER, GIVEN = "angle", "stability", "stretch", "sol
 _STEP, _MOST = 4e-3, 0.5
 # Bisections of the step in which a path ends.
 _HALVINGS = 2
-_ALIKE = ("ring", "six-helix", "none")
 
 
 @dataclass(frozen=True)
@@ -80,16 +79,11 @@ def title_of(chambers: Sequence[int]) -> str:
     return f"chamber{'s' if len(chambers) > 1 else ''} {' and '.join(map(str, chambers))}"
 
 
-def chambers_alike(design: Design) -> bool:
-    """Return whether a turn from one chamber to the next takes the section to itself."""
-    return design.winding.name in _ALIKE
-
-
 def range_paths(design: Design) -> tuple[tuple[int, ...], ...]:
     """Return the chambers to follow: those that the section's symmetry does not make alike."""
-    if chambers_alike(design):
+    if design.symmetry == "full":
         return (1,), (2, 3)
-    if design.winding.mirror_symmetric:
+    if design.symmetry == "mirror":
         return (1,), (2,), (1, 2), (2, 3)
     return (1,), (2,), (3,), (1, 2), (2, 3), (3, 1)
 

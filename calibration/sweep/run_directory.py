@@ -63,10 +63,10 @@ class RunPlan:
     """Number of the chamber in whose neighbourhood all paths lie."""
 
     def __post_init__(self) -> None:
-        if any(self.geometry.outer_wall_variation):
+        if self.orientations is not None and len(set(self.geometry.outer_wall_variation)) > 1:
             raise ValueError(
                 f"geometry: got an outer_wall_variation of {self.geometry.outer_wall_variation}, expected "
-                "none: a law has the symmetry of a section with equal walls"
+                "none: a law of all orientations has the symmetry of a section with equal walls"
             )
 
     @property
@@ -98,7 +98,7 @@ class RunPlan:
     @property
     def mirror(self) -> bool:
         """Whether the section is mirror-symmetric in the plane of chamber 1."""
-        return self.orientations is None and self.winding.mirror_symmetric
+        return self.orientations is None and self.actuator.symmetry != "none"
 
     def design(self) -> tuple[LoadingPath, ...]:
         """Return the loading paths in the order in which to run them."""
@@ -116,7 +116,8 @@ class RunPlan:
         if self.around is not None:
             own["around"] = self.around
         lengths = asdict(self.geometry)
-        del lengths["outer_wall_variation"]
+        if not any(lengths["outer_wall_variation"]):
+            del lengths["outer_wall_variation"]
         return {
             **own,
             "layout": self.winding.name,

@@ -24,7 +24,11 @@ _LENGTH = Numbers(0.0, 10.0, "m")
 _PRESSURE, _MOMENT = Numbers(0.0, 1e8, "Pa"), Numbers(0.0, 1e6, "N m")
 
 _GEOMETRY = Object(
-    {field.name: _LENGTH for field in fields(ActuatorGeometry) if field.name != "outer_wall_variation"}
+    {
+        **{field.name: _LENGTH for field in fields(ActuatorGeometry) if field.name != "outer_wall_variation"},
+        # Where walls differ.
+        "outer_wall_variation": Numbers(-1.0, 100.0, "1", (3,), optional=True),
+    }
 )
 _DOMAIN = Object(
     {

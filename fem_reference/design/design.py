@@ -24,6 +24,8 @@ BONDS = ("cap", "tip", "all")
 _THINNEST = 1.0 / 500.0
 # Largest pressure that a design may be meant for, in shear moduli: all known bodies fold far below.
 _MOST_PRESSURE = 50.0
+# Layouts that a turn from one chamber to the next takes to themselves.
+_ALIKE = ("ring", "six-helix", "none")
 _MM, _KPA = 1e3, 1e-3
 
 
@@ -35,6 +37,8 @@ class Body(TypedDict):
     material: Material
     thread: Thread
     core: Core
+
+
 
 
 @dataclass(frozen=True)
@@ -102,6 +106,18 @@ class Design:
             thread=self.thread,
             core=self.core,
         )
+
+    @property
+    def symmetry(self) -> str:
+        """Symmetry of the section.
+
+        ``full`` if a turn from one chamber to the next and mirror images take it to itself, ``mirror`` if
+        the image in the plane of chamber 1 does, ``none`` otherwise: by the winding and by the outer walls.
+        """
+        first, second, third = self.geometry.outer_wall_variation
+        if not self.winding.mirror_symmetric or second != third:
+            return "none"
+        return "full" if self.winding.name in _ALIKE and first == second else "mirror"
 
     @property
     def units(self) -> Units:

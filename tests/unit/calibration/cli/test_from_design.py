@@ -53,13 +53,6 @@ def test_a_bad_design_is_refused_with_line_and_key(tmp_path, capsys, key, line):
     assert list(tmp_path.iterdir()) == [file]
 
 
-def test_walls_that_differ_are_refused(tmp_path, capsys):
-    """A law has the symmetry of equal walls."""
-    file = design_file(tmp_path, outer_wall_mm="outer_wall_mm = 1\nouter_wall_variation = [0.1, 0.0, 0.0]")
-    assert main(["design", str(file), "--out", str(tmp_path / "own.json")]) == 2
-    assert "outer_wall_variation" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize("budget", ["1", "soon", "2s"])
 def test_a_budget_that_is_no_time_is_refused(tmp_path, capsys, budget):
     status = main(

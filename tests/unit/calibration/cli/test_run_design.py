@@ -121,11 +121,6 @@ def test_a_run_of_another_law_is_resumed(started, tmp_path):
     [
         ("pitch_mm = 1.5", "pitch_mm = 0.0015", r"winding\.pitch_mm: got 0\.0015, .*; is it in metres\?"),
         ("cap_length_mm = 3", "", r"dimensions\.cap_length_mm: got nothing, expected"),
-        (
-            "winding_diameter_mm = 5.6",
-            "winding_diameter_mm = 5.6\nouter_wall_variation = [0.1, 0, 0]",
-            r"geometry: got an outer_wall_variation of \(0\.1, 0\.0, 0\.0\), expected none",
-        ),
     ],
 )
 def test_a_design_that_no_run_can_have_is_refused_in_one_line(old, new, told, tmp_path, capsys):

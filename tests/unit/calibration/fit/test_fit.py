@@ -167,7 +167,12 @@ def test_a_prior_about_the_start_counts_how_far_the_parameters_have_moved_from_t
     ],
 )
 def test_the_symmetry_of_a_section_follows_from_its_layout(layout, mirror, symmetry):
-    assert symmetry_of({"layout": layout, "mirror": mirror}) == symmetry
+    run = {"layout": layout, "mirror": mirror, "geometry": {}}
+    assert symmetry_of(run) == symmetry
+    # One wall that differs leaves the mirror image alone.
+    uneven = symmetry_of({**run, "geometry": {"outer_wall_variation": [0.1, 0.0, 0.0]}})
+    assert uneven == ("mirror" if mirror else "none")
+    assert symmetry_of({**run, "geometry": {"outer_wall_variation": [0.1, 0.1, 0.1]}}) == symmetry
 
 
 # 40 paths and laws of one small size, compiled once; the real calibration has more of each.

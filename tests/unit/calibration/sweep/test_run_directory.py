@@ -29,9 +29,21 @@ def test_a_run_that_is_taken_up_by_other_code_says_so(tmp_path, monkeypatch):
     assert found["command"] == "run --paths 10"
 
 
-def test_a_section_without_symmetry_has_no_plan():
+@pytest.mark.parametrize(
+    ("walls", "mirror"), [((0.1, 0.0, 0.0), True), ((0.0, 0.1, 0.0), False), ((0.1, 0.1, 0.1), True)]
+)
+def test_a_run_tells_walls_that_differ_and_the_symmetry_that_they_leave(walls, mirror):
+    plan = replace(PLAN, actuator=Design(geometry=ActuatorGeometry(outer_wall_variation=walls)))
+    told = json.loads(json.dumps(plan.description()))
+    assert told["mirror"] is mirror
+    assert told["geometry"]["outer_wall_variation"] == list(walls)
+    assert "outer_wall_variation" not in PLAN.description()["geometry"]
+
+
+def test_a_law_of_all_orientations_wants_equal_walls():
+    actuator = Design(geometry=ActuatorGeometry(outer_wall_variation=(0.1, 0.0, 0.0)))
     with pytest.raises(ValueError, match=r"^geometry: got an outer_wall_variation of \(0.1, 0.0, 0.0\)"):
-        replace(PLAN, actuator=Design(geometry=ActuatorGeometry(outer_wall_variation=(0.1, 0.0, 0.0))))
+        replace(PLAN, actuator=actuator, orientations=(0.0, 1.0))
 
 
 def test_a_run_of_another_plan_is_refused(tmp_path):

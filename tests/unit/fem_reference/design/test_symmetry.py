@@ -1,0 +1,51 @@
+"""Symmetry of a design's section, by its winding and its walls; and what follows it."""
+
+import math
+
+import numpy as np
+import pytest
+
+from calibration.from_design.pressure_range import range_paths
+from fem_reference import ActuatorGeometry, Design, DoubleHelix, Load, NoWinding, PeriodCell, Ring, SixHelix
+from fem_reference.geometry import Winding
+from tests.fem_fixtures import TINY
+
+
+@pytest.mark.parametrize(
+    ("winding", "walls", "symmetry"),
+    [
+        (Ring(), (0.0, 0.0, 0.0), "full"),
+        (Ring(), (0.2, 0.2, 0.2), "full"),
+        (SixHelix(), (0.0, 0.0, 0.0), "full"),
+        (SixHelix(psi=0.1), (0.0, 0.0, 0.0), "none"),
+        (NoWinding(), (0.0, 0.0, 0.0), "full"),
+        (Ring(), (0.2, 0.0, 0.0), "mirror"),
+        (Ring(), (0.0, 0.2, 0.0), "none"),
+        (DoubleHelix(), (0.0, 0.0, 0.0), "mirror"),
+        (DoubleHelix(), (-0.1, 0.2, 0.2), "mirror"),
+        (DoubleHelix(), (0.2, 0.2, 0.0), "none"),
+        (DoubleHelix(psi=0.5 * math.pi), (0.0, 0.0, 0.0), "mirror"),
+        (DoubleHelix(psi=0.4), (0.0, 0.0, 0.0), "none"),
+    ],
+)
+def test_a_section_is_as_symmetric_as_its_winding_and_its_walls(
+    winding: Winding, walls: tuple[float, float, float], symmetry: str
+) -> None:
+    design = Design(winding=winding, geometry=ActuatorGeometry(outer_wall_variation=walls))
+    assert design.symmetry == symmetry
+    # Each chamber and pair that is no image of another is followed to its own range.
+    assert len(range_paths(design)) == {"full": 2, "mirror": 4, "none": 6}[symmetry]
+
+
+@pytest.mark.parametrize("walls", [(0.2, 0.0, 0.0), (0.0, 0.2, 0.0)])
+def test_chambers_bend_alike_where_the_symmetry_says_so(walls: tuple[float, float, float]) -> None:
+    """Within rings, one wall a fifth thicker: in its own chamber, and in one of the two others."""
+    design = Design(winding=Ring(), geometry=ActuatorGeometry(outer_wall_variation=walls))
+    cell = PeriodCell.of(design, TINY)
+    angles = [
+        cell.solve(Load((*(5e3 * float(k == chamber) for k in range(3)),))).bending(60e-3)[0]  # type: ignore[arg-type]
+        for chamber in range(3)
+    ]
+    alike = np.isclose(angles, np.roll(angles, -1), rtol=1e-4)
+    # Of chambers 1 and 2, 2 and 3, 3 and 1.
+    assert alike.tolist() == ([False, True, False] if walls[0] else [False, False, True])

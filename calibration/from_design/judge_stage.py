@@ -143,7 +143,8 @@ def bound_of(
     bound = replace(shape, angle_by_bend=angle, tip_by_bend=tip)
     ends = float(calibration.domain.pressure_sum_max), 0.0
     before, after = (
-        np.array([one.at(*ends, bending_angle=node) for node in shape.bending_angle]) for one in (its, bound)
+        np.array([one.at(*ends, bending_angle=node) for node in shape.bending_angle])
+        for one in (shape, bound)
     )
     note = {
         "method": "shape of a shipped bound, raised to hold at every judge state; no coverage is promised",

@@ -98,11 +98,13 @@ def test_a_sweep_with_the_certificate_that_dask_is_told_of_runs(cluster, tmp_pat
 
 @pytest.mark.parametrize(
     ("trusted", "reason"),
-    [("ours", "EOF occurred"), ("stranger", "TLS certificate does not match")],
+    # Which of three the client sees of a refusal is a matter of time.
+    [("ours", "(EOF occurred|[Rr]eset|unknown ca)"), ("stranger", "TLS certificate does not match")],
     ids=["the scheduler refuses it", "the sweep refuses the scheduler"],
 )
 def test_a_certificate_of_another_authority_gets_nothing(cluster, tmp_path, monkeypatch, trusted, reason):
-    monkeypatch.setattr("calibration.sweep.cluster._CONNECT", 2.0)
+    # Long enough for a first attempt to end on a machine that is busy.
+    monkeypatch.setattr("calibration.sweep.cluster._CONNECT", 4.0)
     folder, address = cluster
     with (
         dask.config.set(_configured(folder, "stranger", trusted)),

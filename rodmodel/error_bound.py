@@ -103,8 +103,13 @@ class ErrorBound:
             tip=tuple(max(bound, tip) for bound in self.tip),
         )
 
+    @property
+    def without_bend(self) -> "ErrorBound":
+        """The same bound without the term over θ."""
+        return replace(self, bending_angle=(0.0,), angle_by_bend=(0.0,), tip_by_bend=(0.0,))
+
     def at(
-        self, pressure_sum: Number, moment: Number = 0.0, *, bending_angle: Number = 0.0
+        self, pressure_sum: Number, moment: Number = 0.0, *, bending_angle: Number | None = None
     ) -> tuple[Number, Number]:
         """Return the bounds of θ [rad] and of the tip [m], NaN where none is known.
 
@@ -112,8 +117,10 @@ class ErrorBound:
         ----------
         pressure_sum : sum of the three pressures [Pa]; a number or an array.
         moment : norm of the moment that the loads put on the base [N m].
-        bending_angle : predicted θ [rad].
+        bending_angle : predicted θ [rad]; without it the bounds are those of the largest bend.
         """
+        if bending_angle is None:
+            bending_angle = self.bending_angle[-1]
         loaded = _shares(self.pressure_sum, pressure_sum)
         bent = _shares(self.bending_angle, bending_angle)
         unknown = (math.nan,) * len(self.angle)

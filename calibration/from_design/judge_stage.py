@@ -132,7 +132,7 @@ def bound_of(
     shape = its.at_least(_LEAST_ANGLE, _LEAST_TIP * float(calibration.actuator.body_length))
     chosen = errors.of("judge")
     bent = errors.rod_angle[chosen]
-    straight = shape.at(errors.pressure[chosen].sum(axis=1), errors.base_moment[chosen])
+    straight = shape.without_bend.at(errors.pressure[chosen].sum(axis=1), errors.base_moment[chosen])
     angle, tip = (
         _raised(shape.bending_angle, growth, bent, off[chosen] - np.asarray(known))
         for growth, off, known in (

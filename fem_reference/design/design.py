@@ -39,8 +39,6 @@ class Body(TypedDict):
     core: Core
 
 
-
-
 @dataclass(frozen=True)
 class Design:
     """One actuator: what the cell, the full actuator and a calibration are made from.

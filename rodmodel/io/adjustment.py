@@ -141,7 +141,7 @@ class Adjustment:
         gain, offset = float(self.pressure_gain.max()), float(self.pressure_offset.sum())
         readings = [(total - offset) / gain for total in bound.pressure_sum]
         nodes = [0.0, *(reading for reading in readings if reading > 0.0)][-MOST_NODES:]
-        both = [bound.at(gain * node + offset) for node in nodes]
+        both = [bound.without_bend.at(gain * node + offset) for node in nodes]
         return replace(
             bound,
             pressure_sum=tuple(nodes),

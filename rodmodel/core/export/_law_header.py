@@ -259,7 +259,7 @@ def _comment(found: "Found") -> str:
 def _accuracy(calibration: "Calibration") -> str:
     """Return what the bound says of a rod that is nearly straight, and of one far bent, without loads."""
     bound, most = calibration.error_bound, calibration.domain.pressure_sum_max
-    (angle, tip), (last_angle, last_tip) = bound.at(0.0), bound.at(most, bending_angle=math.pi)
+    (angle, tip), (last_angle, last_tip) = bound.at(0.0, bending_angle=0.0), bound.at(most)
     text = (
         "The bending angle of 90 % of states is within "
         f"{math.degrees(angle):.2g} deg of the data it was calibrated to where the rod is nearly straight, "

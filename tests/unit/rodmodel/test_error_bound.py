@@ -48,6 +48,9 @@ def test_the_bound_grows_with_the_bend_between_nodes(bending_angle, angle, tip):
     # A bound without such a term says the same of all.
     assert BOUND.at(20e3, 1e-3, bending_angle=bending_angle) == straight
     assert BY_BEND.largest_angle == pytest.approx(0.11)
+    # Without an angle nothing is promised that a bent rod would not keep.
+    assert BY_BEND.at(20e3, 1e-3) == BY_BEND.at(20e3, 1e-3, bending_angle=math.pi)
+    assert BY_BEND.without_bend == BOUND
 
 
 def test_padding_fills_the_room_and_stays_so():
@@ -112,6 +115,7 @@ def test_an_adjusted_law_states_the_bound_of_the_pressures_inside_it():
             assert mine >= maps - 1e-15
     # What the bend adds is the same.
     assert adjustment.bound(BY_BEND).at(0.0, bending_angle=1.0)[0] == pytest.approx(found.at(0.0)[0] + 0.01)
+    assert adjustment.bound(BY_BEND).without_bend == found
     # Between equal gains they are the same.
     same = replace(adjustment, pressure_gain=np.full(3, 1.1)).bound(BOUND)
     assert same.at(40e3) == pytest.approx(BOUND.at(1.1 * 40e3 + 5e3), rel=1e-12)

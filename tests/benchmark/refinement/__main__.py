@@ -14,7 +14,7 @@ from fem_reference import prepare_process
 from tests.benchmark.refinement.meshes import FINEST, MESHES, WINDINGS
 from tests.benchmark.refinement.solve import UPRIGHT, UPRIGHT_PATH, solved, solved_upright
 
-_SHOWN = (5.0, 20.0, 40.0, 50.0, 55.0)
+_SHOWN: tuple[float, ...] = (5.0, 20.0, 40.0, 50.0, 55.0)
 
 
 def main() -> int:
@@ -35,10 +35,8 @@ def main() -> int:
             if arguments.meshes and mesh.name not in arguments.meshes:
                 continue
             clock = time.perf_counter()
-            if arguments.upright:
-                found, path, shown = solved_upright(arguments.run, winding, mesh), UPRIGHT_PATH, UPRIGHT
-            else:
-                found, path, shown = solved(arguments.run, winding, mesh), "chamber 1", _SHOWN
+            solve, path = (solved_upright, UPRIGHT_PATH) if arguments.upright else (solved, "chamber 1")
+            found, shown = solve(arguments.run, winding, mesh), UPRIGHT if arguments.upright else _SHOWN
             last = [f"{found.value(path, p, 'angle_deg'):.3f}" for p in shown]
             took = time.perf_counter() - clock
             row = f"{winding:12s} {mesh.name:14s} {found.unknowns:6d}  {'  '.join(last)}"

@@ -48,7 +48,7 @@ def test_the_cell_is_drawn_with_its_angle_and_curves(tmp_path, capsys):
     ("loads", "name"),
     [
         (["--curvature-per-m", "1", "-2", "0.5"], "size of the curvature [1/m]"),
-        (["--moment-nmm", "0", "-0.5", "0"], "size of the moment [N mm]"),
+        pytest.param(["--moment-nmm", "0", "-0.5", "0"], "size of the moment [N mm]", marks=pytest.mark.slow),
     ],
 )
 def test_a_load_without_pressure_is_drawn_in_steps_with_its_moment(loads, name, tmp_path, capsys):
@@ -59,6 +59,7 @@ def test_a_load_without_pressure_is_drawn_in_steps_with_its_moment(loads, name, 
     assert "moment [N mm]" in text
 
 
+@pytest.mark.slow
 def test_the_picture_does_not_change_the_answer(tmp_path, capsys):
     plain, drawn = (
         main(["cell", "--pressure-kpa", "3", "0", "0", "--json", *more])

@@ -21,6 +21,7 @@ from calibration.fit.stable_domain import narrowed
 from calibration.progress import progress_bar
 from calibration.sweep import attributes, inside
 from fem_reference import ActuatorGeometry
+from fem_reference.geometry import ALIKE_LAYOUTS
 from rodmodel import Domain, OrientedNetwork, RidgeNetwork, unfolded
 
 # Number of random starts.
@@ -42,8 +43,6 @@ PRIOR_NEAR = 0.03
 PRIOR_NEAR_SEVERAL = 3e-3
 # Significant digits of a law's numbers: far below the law's error, and files are half as long.
 DIGITS = 9
-#: Layouts whose section is symmetric in all three chambers.
-_ALIKE = ("ring", "six-helix", "none")
 
 
 @dataclass(frozen=True)
@@ -120,7 +119,7 @@ def symmetry_of(run: dict[str, Any]) -> str:
     if not run["mirror"]:
         return "none"
     walls = run.get("geometry", {}).get("outer_wall_variation", ())
-    return "full" if run["layout"] in _ALIKE and len(set(walls)) <= 1 else "mirror"
+    return "full" if run["layout"] in ALIKE_LAYOUTS and len(set(walls)) <= 1 else "mirror"
 
 
 def begin_near(law: AnyLaw, run: dict[str, Any]) -> AnyLaw:

@@ -8,9 +8,9 @@ force errs by as much, relative to it, as free bending does on the mean. The bou
 the 90th percentile of the scores of judge runs of all *other* layouts; each layout has the same weight,
 however many runs it has. Where the scores in a quarter of half a turn have a larger percentile than all
 together, that is taken there (Mondrian prediction). No part of a bound is made of the judge states that it is
-judged on. What the scale hangs on was chosen by hand: the pressures' sum before, with bounds three times as
-wide in the middle, and now the angle, in which errors of stiffness and of meshes grow. All choices that were
-tried, with their coverage, are in docs/notes/calibration.md.
+judged on. What the scale hangs on was chosen after coverage had been seen: the pressures' sum before, and now
+the angle, in which errors of stiffness and of meshes grow. All choices that were tried, with their coverage,
+are in docs/notes/calibration.md.
 
 If the layouts were drawn at random and their states were exchangeable, a state of a further layout would keep
 the bound with a probability of at least 0.9 K/(K + 1) for K others (Lee, Barber, Willett), and of 0.9 if the

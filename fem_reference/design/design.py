@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import TypedDict
 
 from fem_reference.geometry import (
+    ALIKE_LAYOUTS,
     ActuatorGeometry,
     Core,
     DoubleHelix,
@@ -24,8 +25,6 @@ BONDS = ("cap", "tip", "all")
 _THINNEST = 1.0 / 500.0
 # Largest pressure that a design may be meant for, in shear moduli: all known bodies fold far below.
 _MOST_PRESSURE = 50.0
-# Layouts that a turn from one chamber to the next takes to themselves.
-_ALIKE = ("ring", "six-helix", "none")
 _MM, _KPA = 1e3, 1e-3
 
 
@@ -115,7 +114,7 @@ class Design:
         first, second, third = self.geometry.outer_wall_variation
         if not self.winding.mirror_symmetric or second != third:
             return "none"
-        return "full" if self.winding.name in _ALIKE and first == second else "mirror"
+        return "full" if self.winding.name in ALIKE_LAYOUTS and first == second else "mirror"
 
     @property
     def units(self) -> Units:

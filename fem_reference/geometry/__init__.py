@@ -17,6 +17,7 @@ from fem_reference.geometry.plausible import refuse_pressure_beyond as refuse_pr
 from fem_reference.geometry.thread_library import THREADS as THREADS
 from fem_reference.geometry.units import SI as SI
 from fem_reference.geometry.units import Units as Units
+from fem_reference.geometry.winding import ALIKE_LAYOUTS as ALIKE_LAYOUTS
 from fem_reference.geometry.winding import COUPLINGS as COUPLINGS
 from fem_reference.geometry.winding import LAYOUTS as LAYOUTS
 from fem_reference.geometry.winding import DoubleHelix as DoubleHelix

@@ -307,6 +307,8 @@ class NoWinding(Winding):
 
 #: Names of all layouts.
 LAYOUTS = (DoubleHelix.name, Ring.name, SixHelix.name, NoWinding.name)
+#: Layouts that a turn from one chamber to the next takes to themselves.
+ALIKE_LAYOUTS = (Ring.name, SixHelix.name, NoWinding.name)
 
 
 def layout(name: str, psi: float = 0.0, pitch: float = PITCH, spacing: float | None = None) -> Winding:

@@ -1,8 +1,8 @@
 """Process-wide settings for assembling many matrices; programs make them, the library does not."""
 
-import _thread
 import ctypes
 import os
+import signal
 import sys
 import threading
 
@@ -47,8 +47,10 @@ def keep_interrupts() -> None:
 
     def hook(lost: "sys.UnraisableHookArgs") -> None:
         if lost.exc_type is KeyboardInterrupt:
-            # Not at once: that would be lost in the same place.
-            threading.Timer(_AGAIN, _thread.interrupt_main).start()
+            # Not at once: that would be lost in the same place. A true signal also wakes a thread that waits.
+            threading.Timer(
+                _AGAIN, signal.pthread_kill, (threading.main_thread().ident, signal.SIGINT)
+            ).start()
         else:
             usual(lost)
 

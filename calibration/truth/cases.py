@@ -9,6 +9,7 @@ helices. Pairs at other orientations were added as judge runs, and last fit runs
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Literal
 
 from fem_reference import ActuatorLoad, Winding, layout
@@ -69,6 +70,7 @@ _SYMMETRIC = (
 )
 
 
+@cache
 def cases() -> tuple[TruthCase, ...]:
     """Return all cases."""
     zero = layout("double-helix")

@@ -14,7 +14,7 @@ from calibration.truth.dataset import case_of, truth_level
 from calibration.truth.mesh_limits import Interval, MeshLimits, load_limits
 from calibration.truth.serving import serving
 from fem_reference import level_record
-from rodmodel import CoreRod
+from rodmodel import CoreRod, shipped_calibrations
 
 # Steps along the rod; 64 of them agree with the adaptive solver within 4e-6 of the length in random cases.
 _STEPS = 64
@@ -113,9 +113,10 @@ def compare_with_truth(truth: xr.Dataset, limits: MeshLimits | None = None) -> V
     by_moment = np.full((count, 2), np.nan)
     served_by, law_mesh = (np.full(count, None, dtype=object) for _ in range(2))
     windings = np.array([repr(case_of(name).winding) for name in names], dtype=object)
+    shipped = shipped_calibrations()
     for winding in dict.fromkeys(windings):
         rows = windings == winding
-        calibrated = serving(names[rows][0])
+        calibrated = serving(names[rows][0], shipped)
         if calibrated is None:
             continue
         rod = CoreRod.of(calibrated)

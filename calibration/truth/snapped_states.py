@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from calibration.truth.serving import serving
-from rodmodel import Branch, CoreRod, Layout
+from rodmodel import Branch, CoreRod, Layout, shipped_calibrations
 from rodmodel.io import Found, snapped_sheets
 
 # A bending plane this far from the chamber's own is that of an actuator that has snapped a second time [rad].
@@ -55,10 +55,11 @@ def compare_snapped(truth: xr.Dataset) -> tuple[SnappedState, ...]:
     """
     names = truth["case"].values
     found = []
+    shipped = shipped_calibrations()
     for case in dict.fromkeys(map(str, names)):
         rows = np.flatnonzero(names == case)
         jumped = np.maximum.accumulate(truth["jumped"].values[rows] != 0)
-        calibrated = serving(case) if jumped.any() else None
+        calibrated = serving(case, shipped) if jumped.any() else None
         if calibrated is None:
             continue
         for row in rows[jumped]:

@@ -19,7 +19,7 @@ def branches(tmp_path, monkeypatch: pytest.MonkeyPatch) -> rodmodel.Branches:
     file = tmp_path / "c.json"
     rodmodel.save_calibration(calibrations.with_snapped((2, 1), (2, -1)), file)
     calibrated = find("double-helix", 0.0, 3e-3, file)
-    monkeypatch.setattr(module, "serving", lambda case: None if case == "ring-chamber1" else calibrated)
+    monkeypatch.setattr(module, "serving", lambda case, _: None if case == "ring-chamber1" else calibrated)
     return branches_of(calibrated)
 
 

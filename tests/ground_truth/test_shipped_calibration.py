@@ -28,7 +28,7 @@ LOADS = [
     scope="module",
     params=[
         pytest.param((0.0, 3e-3, False), id="psi 0"),
-        pytest.param((0.35, 3e-3, True), id="psi 20 of all"),
+        pytest.param((0.35, 3e-3, True), id="psi 20 of all", marks=pytest.mark.slow),
         pytest.param((0.0, 2e-3, False), id="pitch 2", marks=pytest.mark.slow),
     ],
 )

@@ -21,8 +21,9 @@ from rodmodel import Calibration, Domain, read_calibration, save_calibration
 # Size of a law from scratch, as of `rodmodel-calibrate fit`, and from which number of states on one is tried.
 _RIDGES, _FEATURES = 24, 16
 _ENOUGH = 500
-# Weight with which a fit to fewer states stays near the similar law: a hundred times the usual one.
-_STIFF = 3.0
+# Weights with which a fit stays near the similar law, the second with fewer states. Held-out states choose, as
+# cross-validation would take the time of a dozen fits.
+_NEAR, _STIFF = 0.03, 3.0
 # A law whose domain is narrower than another's by more than this does not win by its errors there.
 _NARROW = 0.9
 ITERATIONS = 100
@@ -36,13 +37,12 @@ class Start:
     ----------
     title : in words.
     near : similar law; None from scratch.
-    stay : weight with which the fit stays near it, None for the usual one; infinite if its scales alone are
-        fitted.
+    stay : weight with which the fit stays near it; infinite if its scales alone are fitted.
     """
 
     title: str
     near: NearLaw | None
-    stay: float | None = None
+    stay: float = _NEAR
 
     def law(self, run: Mapping[str, Any]) -> Any:
         """Return the initial law with the symmetry of a run's section.
@@ -113,7 +113,7 @@ def fitted(
         if start.near is not None and start.near.title not in scaled:
             scaled[start.near.title] = rescaled(start.law(run), states.train, states.metric)
         laws = [] if start.near is None else [scaled[start.near.title]]
-        steps, stay = (0, None) if start.stay == math.inf else (iterations, start.stay)
+        steps, stay = (0, _NEAR) if start.stay == math.inf else (iterations, start.stay)
         outcome = fit_and_judge(dataset, domain, length, _RIDGES, _FEATURES, steps, 0, near=laws, stay=stay)
         outcomes.append((start, outcome))
     good = [(start, outcome) for start, outcome in outcomes if outcome.good]

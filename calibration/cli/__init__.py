@@ -293,7 +293,8 @@ def _parser() -> Parser:
         default=[],
         metavar="FILE",
         help="calibration of another winding whose law the fit starts from and stays near, which needs "
-        "fewer paths; with several, a law is fitted near each, and one law is trained on their mean",
+        "fewer paths; how near, training paths that are left out decide; with several, a law is fitted near "
+        "each, and one law is trained on their mean",
     )
     fit.add_argument(
         "--near-another", action="store_true", help="allow the law of another actuator for --near"

@@ -18,11 +18,11 @@ from calibration.similar import rescaled
 from calibration.sweep import attributes
 from rodmodel import Calibration, Domain, read_calibration, save_calibration
 
-# Size of a law from scratch, as of `rodmodel-calibrate fit`, and from which number of states on one is tried.
+# Size of a law from scratch, as of `rodmodel-calibrate fit`, and from which number of states on it is tried.
 _RIDGES, _FEATURES = 24, 16
 _ENOUGH = 500
-# Weights with which a fit stays near the similar law, the second with fewer states. Held-out states choose:
-# cross-validation would take the time of a dozen fits.
+# Weights with which a fit stays near the similar law. Held-out states choose: cross-validation would take the
+# time of a dozen fits.
 _NEAR, _STIFF = 0.03, 3.0
 # A law whose domain is narrower than another's by more than this does not win by its errors there.
 _NARROW = 0.9
@@ -58,8 +58,8 @@ class Start:
 def starts_for(task: Task, near: Sequence[NearLaw], run: Mapping[str, Any], states: int) -> list[Start]:
     """Return where fits begin: near the most similar law that can; and from scratch too, if that is cheap.
 
-    Few states tell less than a network has numbers, and still how it differs from a similar law, or that
-    one's scales. So laws that stay closer to that one are candidates too.
+    States tell less than a network has numbers, and still how it differs from a similar law, or that one's
+    scales. So laws that stay closer to that one are candidates too.
     """
     found = []
     for one in near:
@@ -69,8 +69,7 @@ def starts_for(task: Task, near: Sequence[NearLaw], run: Mapping[str, Any], stat
         except ValueError:
             continue
         found.append(start)
-        if states < _ENOUGH:
-            found.append(Start(f"close to {one.title}", one, _STIFF))
+        found.append(Start(f"close to {one.title}", one, _STIFF))
         found.append(Start(f"{one.title}, its scales alone", one, math.inf))
         break
     if not found or (task.budget.converged and states >= _ENOUGH):

@@ -19,6 +19,7 @@ OWN = next(c for c in shipped_calibrations() if c.layout == Layout("double-helix
 
 
 TITLE = "double-helix, pitch 3 mm, ψ = 0°"
+BEGUN = [f"near {TITLE}", f"close to {TITLE}", f"{TITLE}, its scales alone"]
 
 
 def task_in(directory: Path, budget: str = "20min") -> Task:
@@ -33,9 +34,9 @@ def judged(p95: float, good: bool = True) -> Judged:
 @pytest.mark.parametrize(
     ("budget", "states", "titles"),
     [
-        ("20min", 2000, [f"near {TITLE}", f"{TITLE}, its scales alone"]),
-        ("1h", 100, [f"near {TITLE}", f"close to {TITLE}", f"{TITLE}, its scales alone"]),
-        ("1h", 2000, [f"near {TITLE}", f"{TITLE}, its scales alone", "from scratch"]),
+        ("20min", 2000, BEGUN),
+        ("1h", 100, BEGUN),
+        ("1h", 2000, [*BEGUN, "from scratch"]),
     ],
 )
 def test_a_fit_from_scratch_needs_time_and_states(tmp_path, dataset, budget, states, titles):
@@ -70,12 +71,12 @@ def test_the_less_held_out_error_wins_and_is_kept(tmp_path, dataset, monkeypatch
     assert first.provenance["fit_start"].startswith(wins)
     assert first.error["free_bending_angle_rad"]["p95"] == min(of_near, of_scratch)
     again = stage.fitted(task, dataset, file, OWN.domain, NEAR, 5)
-    assert len(fits) == 3
-    # The second is the similar law with its scales fitted.
-    assert [arguments[5] for arguments in fits] == [5, 0, 5]
+    assert len(fits) == 4
+    # The third is the similar law with its scales fitted.
+    assert [arguments[5] for arguments in fits] == [5, 5, 0, 5]
     assert again.provenance == first.provenance
     stage.fitted(task, dataset, file, OWN.domain, NEAR, 6)
-    assert len(fits) == 6
+    assert len(fits) == 8
 
 
 def test_a_narrower_domain_does_not_win_by_its_errors():

@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
     """Add the command."""
     bounds = commands.add_parser(
-        "bounds", help="bounds of angle and tip from the truth of other layouts, written to calibration files"
+        "bounds",
+        help="bounds of angle and tip from the truth of other layouts, and where runs jumped, written to "
+        "calibration files",
     )
     bounds.add_argument(
         "files", nargs="*", metavar="FILE", help="calibration files to write (default: all that ship)"
@@ -41,6 +43,7 @@ def _bounds(options: argparse.Namespace, command: str) -> int:
     from calibration.truth.compare_rods import compare_with_truth
     from calibration.truth.dataset import SHIPPED
     from calibration.truth.error_bounds import BoundError, bound_for, scales
+    from calibration.truth.jump_limits import jump_limits
     from calibration.truth.mesh_limits import SHIPPED_LIMITS
     from calibration.truth.snapped_states import compare_snapped
 
@@ -70,8 +73,9 @@ def _bounds(options: argparse.Namespace, command: str) -> int:
         bound, note = made[file]
         provenance = {**calibration.provenance, "bound": {**about, **note}}
         snapped = tuple(_told(sheet, calibration, after_jumps) for sheet in calibration.snapped)
+        jumps = jump_limits(truth, calibration.layout)
         write_calibration_file(
-            replace(calibration, bound=bound, provenance=provenance, snapped=snapped), file
+            replace(calibration, bound=bound, provenance=provenance, snapped=snapped, jumps=jumps), file
         )
     if options.json:
         rows = [{"file": file, "bound": _record(bound), **note} for file, (bound, note) in made.items()]

@@ -79,6 +79,14 @@ def scaled(calibration: Calibration, scale: Scale, provenance: Mapping[str, Any]
             )
             for sheet in calibration.snapped
         ),
+        jumps=tuple(
+            replace(
+                jump,
+                stood=scale.pressure * jump.stood,
+                jumped=None if jump.jumped is None else scale.pressure * jump.jumped,
+            )
+            for jump in calibration.jumps
+        ),
     )
 
 

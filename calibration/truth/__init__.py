@@ -24,6 +24,7 @@ from calibration.truth.error_bounds import bound_for as bound_for
 from calibration.truth.error_bounds import coverage as coverage
 from calibration.truth.error_bounds import coverage_by as coverage_by
 from calibration.truth.error_bounds import scales as scales
+from calibration.truth.jump_limits import jump_limits as jump_limits
 from calibration.truth.mesh_limits import ONE_CHAMBER as ONE_CHAMBER
 from calibration.truth.mesh_limits import SHIPPED_LIMITS as SHIPPED_LIMITS
 from calibration.truth.mesh_limits import TWO_CHAMBERS as TWO_CHAMBERS

@@ -23,6 +23,7 @@ from rodmodel.io.images import placed_images as placed_images
 from rodmodel.io.images import symmetric as symmetric
 from rodmodel.io.images import turn_matrix as turn_matrix
 from rodmodel.io.json_record import CalibrationFileError as CalibrationFileError
+from rodmodel.io.jumps import Jump as Jump
 from rodmodel.io.law_arrays import IMAGES as IMAGES
 from rodmodel.io.law_arrays import RidgeArrays as RidgeArrays
 from rodmodel.io.loading import CalibrationNotFoundError as CalibrationNotFoundError

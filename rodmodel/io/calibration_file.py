@@ -13,6 +13,7 @@
                 "pressure_beside_max_pa", "pressure_min_pa" (three),
                 "single_max_pa" (three), "single_beside_pa"},
      "snapped" (where known): laws after a snap of walls, see `rodmodel.io.snapped`,
+     "jumps" (where known): runs of the full actuator that snap or stand, see `rodmodel.io.jumps`,
      "bound" (where known): {"pressure_sum_pa", "angle_rad", "tip_m" (a number at each node),
                              "angle_rad_per_nm", "tip_per_n", and, where known, "bending_angle_rad",
                              "angle_by_bend_rad", "tip_by_bend_m" (a number at each node)},
@@ -40,6 +41,7 @@ from rodmodel.actuator import Actuator, Domain, Layout
 from rodmodel.error_bound import MOST_NODES, ErrorBound
 from rodmodel.io.atomic import write_atomically
 from rodmodel.io.json_record import CalibrationFileError, Record
+from rodmodel.io.jumps import Jump, jumps_content, jumps_of
 from rodmodel.io.law_arrays import RidgeArrays
 from rodmodel.io.law_record import domain_content, domain_of, law_content, law_of
 from rodmodel.io.ranges import RANGES
@@ -92,6 +94,7 @@ class Calibration:
     provenance : origin of the data, as in the file.
     bound : bound of the errors over pressures and loads, as in the file; None for a file without one.
     snapped : laws of the section after partition walls have snapped to one side, where they are known.
+    jumps : where runs of the full actuator under one chamber left the loading branch, where there are any.
 
     Raises
     ------
@@ -107,6 +110,7 @@ class Calibration:
     provenance: Mapping[str, Any]
     bound: ErrorBound | None = None
     snapped: tuple[SnappedLaw, ...] = ()
+    jumps: tuple[Jump, ...] = ()
 
     def __init__(
         self,
@@ -118,6 +122,7 @@ class Calibration:
         provenance: Mapping[str, Any],
         bound: ErrorBound | None = None,
         snapped: tuple[SnappedLaw, ...] = (),
+        jumps: tuple[Jump, ...] = (),
         law: RidgeArrays | None = None,
         section_law: "rodmodel.section.RidgeNetwork | rodmodel.section.OrientedNetwork | None" = None,
     ) -> None:
@@ -143,6 +148,7 @@ class Calibration:
             "provenance": provenance,
             "bound": bound,
             "snapped": snapped,
+            "jumps": jumps,
         }
         for name, value in values.items():
             object.__setattr__(self, name, value)
@@ -238,6 +244,7 @@ def save_calibration(calibration: Calibration, path: str | Path) -> None:
         "domain": domain_content(calibration.domain),
         **({} if calibration.bound is None else {"bound": _bound_content(calibration.bound)}),
         **({"snapped": snapped_content(calibration.snapped)} if calibration.snapped else {}),
+        **({"jumps": jumps_content(calibration.jumps)} if calibration.jumps else {}),
         "error": dict(calibration.error),
         "provenance": dict(calibration.provenance),
     }
@@ -263,6 +270,7 @@ def _calibration(record: Record) -> Calibration:
         domain=domain_of(record.record("domain")),
         bound=_bound(record.record("bound")) if "bound" in record.content else None,
         snapped=snapped_of(record),
+        jumps=jumps_of(record),
         error=_error(record.record("error")),
         provenance=record.record("provenance").content,
     )

@@ -26,6 +26,16 @@ def calibration_record(calibration: Calibration) -> dict[str, Any]:
         "single_beside_kpa": 1e-3 * domain.single_beside if any(domain.single_max) else None,
         "moment_max_nmm": 1e3 * domain.moment_max,
         "torque_max_nmm": 1e3 * domain.moment_axes[2],
+        "jumps": [
+            {
+                "chamber": jump.chamber,
+                "stood_kpa": 1e-3 * jump.stood,
+                "jumped_kpa": None if jump.jumped is None else 1e-3 * jump.jumped,
+                "run": jump.run,
+                "mesh": jump.mesh,
+            }
+            for jump in calibration.jumps
+        ],
         "error": {
             "bending_angle_deg": {name: math.degrees(angle[name]) for name in ("median", "p95", "worst")}
         },
@@ -64,5 +74,16 @@ def calibration_text(record: dict[str, Any]) -> str:
             "  error      of the bending angle against the FEM, held-out states: "
             f"median {angle['median']:.2g}, 95th percentile {angle['p95']:.2g}, "
             f"worst {angle['worst']:.2g} deg",
+            *([_jumps_text(record["jumps"])] if record["jumps"] else []),
         ]
     )
+
+
+def _jumps_text(jumps: list[dict[str, Any]]) -> str:
+    """Return where the full actuator jumped, or stood, under each chamber alone."""
+    told = [
+        f"chamber {jump['chamber']} stood at {jump['stood_kpa']:g} kPa"
+        + ("" if jump["jumped_kpa"] is None else f" and had jumped at {jump['jumped_kpa']:g}")
+        for jump in jumps
+    ]
+    return "  jumps      of the full actuator, one chamber alone: " + ";\n             ".join(told)

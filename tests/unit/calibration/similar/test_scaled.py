@@ -1,7 +1,7 @@
 """The law of one actuator is that of all similar ones: rods bend alike, and files hold the scaled numbers."""
 
 import math
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -16,6 +16,7 @@ from rodmodel import (
     save_calibration,
     shipped_calibrations,
 )
+from rodmodel.io import Jump
 from tests.unit.rodmodel import calibrations
 
 # Rounding of some thousand operations, and of the curvatures at which an iteration stops (1e-10).
@@ -112,3 +113,9 @@ def test_snapped_branches_are_scaled_too(tmp_path):
         np.testing.assert_allclose(
             other.solution.tip_position, 3.0 * one.solution.tip_position, rtol=0, atol=ALIKE * 0.2
         )
+
+
+def test_pressures_of_jumps_are_scaled_too():
+    jumps = (Jump(2, 60e3, 65e3, "chamber2", "coarse"), Jump(3, 70e3, None, "chamber3", "fine"))
+    found = scaled(replace(calibrations.calibration(), jumps=jumps), SCALE, {}).jumps
+    assert found == (Jump(2, 15e3, 16.25e3, "chamber2", "coarse"), Jump(3, 17.5e3, None, "chamber3", "fine"))

@@ -40,7 +40,7 @@ def cell_bending(states: xr.Dataset, compliance: float) -> Bending:
         if "design" not in states.attrs:
             design = replace(design, winding=case_of(name).winding)
         # A free cell leaves its plane at a lower pressure than the actuator, if this leaves it at all.
-        in_plane = design.symmetry != "none" and all(load.in_plane for load in loads)
+        in_plane = design.mirror_in_place and all(load.in_plane for load in loads)
         cell = PeriodCell.of(design, level, compliance, symmetric=in_plane)
         found.update(zip(own, follow(cell, loads), strict=True))
     (rest,) = follow(PeriodCell.of(design, level, compliance), [Load((0.0, 0.0, 0.0))])

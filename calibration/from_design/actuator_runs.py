@@ -57,7 +57,7 @@ _SHARE, _ALWAYS = 0.4, 480.0
 def cases_for(task: Task, domain: Domain) -> tuple[TruthCase, ...]:
     """Return the runs: one chamber and two for the ends, and others of both kinds that judge the rod.
 
-    Runs in the plane of symmetry keep it, where the section has one: they have half the unknowns. Where all
+    Runs in the plane of symmetry keep it, where the body has one: they have half the unknowns. Where all
     chambers are alike, all runs lie in it, and fit and judge runs differ by their loads.
     """
     design = task.design
@@ -71,7 +71,7 @@ def cases_for(task: Task, domain: Domain) -> tuple[TruthCase, ...]:
         largest = edge(domain, np.array(way))
         shares = _FIT if role == "fit" else _JUDGE
         loads = tuple(_load(share * largest) for share in shares)
-        symmetric = design.symmetry != "none" and way[1] == way[2]
+        symmetric = design.mirror_in_place and way[1] == way[2]
         cases.append(TruthCase(f"{role}-{name}", role, design.winding, loads, symmetric))
     return tuple(cases)
 

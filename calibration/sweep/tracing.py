@@ -50,8 +50,8 @@ class CellTracer:
         return self.actuator.units
 
     def in_plane(self) -> Trace | None:
-        """Build a cell that keeps its plane of symmetry; None if the section has none."""
-        if self.actuator.symmetry == "none":
+        """Build a cell that keeps its plane of symmetry; None if the body has none."""
+        if not self.actuator.mirror_in_place:
             return None
         cell = PeriodCell.of(self.actuator, self.level, self.end_compliance, symmetric=True)
         return lambda loads, start: follow(cell, loads, start=start, jumps=False)

@@ -117,6 +117,15 @@ class Design:
         return "full" if self.winding.name in ALIKE_LAYOUTS and first == second else "mirror"
 
     @property
+    def mirror_in_place(self) -> bool:
+        """Whether the body is its own mirror image in chamber 1's plane: half of it then tells the whole.
+
+        A double helix at ψ = 90° is so only after a shift along the axis: its section has the symmetry, and
+        no half of a body stands for it.
+        """
+        return self.winding.mirror_in_place and self.symmetry != "none"
+
+    @property
     def units(self) -> Units:
         """Units in which this body is computed."""
         return Units.of(self.geometry, self.material.shear_modulus)

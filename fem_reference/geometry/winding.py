@@ -103,6 +103,11 @@ class Winding(abc.ABC):
     def mirror_symmetric(self) -> bool:
         """True if the mirror image in chamber 1's mid-plane is the layout itself, shifted along z."""
 
+    @property
+    @abc.abstractmethod
+    def mirror_in_place(self) -> bool:
+        """True if that image is the layout itself without a shift: half of a body then tells the whole."""
+
     @abc.abstractmethod
     def refuse_overlap(self, thread: Thread) -> None:
         """Raise a ValueError that names the argument if neighbouring turns of the thread overlap."""
@@ -155,8 +160,12 @@ class _CrossedHelices(Winding):
     @property
     def mirror_symmetric(self) -> bool:
         """The mirror image is the layout at −ψ; a shift by half a period turns it by 180°/pairs."""
-        steps = self.psi / (0.5 * math.pi / self._pairs)
-        return bool(abs(steps - round(steps)) < 1e-9)
+        return _is_multiple(self.psi, 0.5 * math.pi / self._pairs)
+
+    @property
+    def mirror_in_place(self) -> bool:
+        """Threads at ψ and −ψ are the same ones if twice ψ leads from one pair to another."""
+        return _is_multiple(self.psi, math.pi / self._pairs)
 
     def refuse_overlap(self, thread: Thread) -> None:
         """See `Winding.refuse_overlap`; threads of one hand follow each other every period."""
@@ -247,6 +256,11 @@ class Ring(Winding):
         """A ring is its own mirror image in every plane through the axis."""
         return True
 
+    @property
+    def mirror_in_place(self) -> bool:
+        """See `mirror_symmetric`."""
+        return True
+
     def refuse_overlap(self, thread: Thread) -> None:
         """See `Winding.refuse_overlap`."""
         _refuse_close("spacing", self.spacing, thread.diameter, thread)
@@ -295,6 +309,11 @@ class NoWinding(Winding):
         """The section alone is symmetric."""
         return True
 
+    @property
+    def mirror_in_place(self) -> bool:
+        """See `mirror_symmetric`."""
+        return True
+
     def refuse_overlap(self, thread: Thread) -> None:
         """Nothing overlaps."""
 
@@ -338,6 +357,11 @@ def layout(name: str, psi: float = 0.0, pitch: float = PITCH, spacing: float | N
     if name == NoWinding.name:
         return NoWinding()
     return DoubleHelix(psi, pitch) if name == DoubleHelix.name else SixHelix(psi, pitch)
+
+
+def _is_multiple(angle: float, step: float) -> bool:
+    steps = angle / step
+    return bool(abs(steps - round(steps)) < 1e-9)
 
 
 def _refuse_bad_length(name: str, value: float) -> None:

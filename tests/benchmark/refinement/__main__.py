@@ -29,7 +29,7 @@ def main() -> int:
     prepare_process()
     arguments.run.mkdir(parents=True, exist_ok=True)
     for winding in arguments.only or WINDINGS:
-        if arguments.upright and not WINDINGS[winding].winding.mirror_symmetric:
+        if arguments.upright and not WINDINGS[winding].winding.mirror_in_place:
             continue
         for mesh in (*MESHES, FINEST) if arguments.upright else MESHES:
             if arguments.meshes and mesh.name not in arguments.meshes:

@@ -1,13 +1,18 @@
 """Symmetry of a design's section, by its winding and its walls; and what follows it."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from calibration.from_design.actuator_runs import cases_for
 from calibration.from_design.pressure_range import range_paths
+from calibration.from_design.task import Budget, Task
+from calibration.sweep import CellTracer
 from fem_reference import ActuatorGeometry, Design, DoubleHelix, Load, NoWinding, PeriodCell, Ring, SixHelix
 from fem_reference.geometry import Winding
+from rodmodel import Domain
 from tests.fem_fixtures import TINY
 
 
@@ -49,3 +54,34 @@ def test_chambers_bend_alike_where_the_symmetry_says_so(walls: tuple[float, floa
     alike = np.isclose(angles, np.roll(angles, -1), rtol=1e-4)
     # Of chambers 1 and 2, 2 and 3, 3 and 1.
     assert alike.tolist() == ([False, True, False] if walls[0] else [False, False, True])
+
+
+@pytest.mark.parametrize(
+    ("winding", "walls"),
+    [
+        (DoubleHelix(), (0.0, 0.0, 0.0)),
+        (DoubleHelix(psi=math.pi), (0.0, 0.0, 0.0)),
+        (DoubleHelix(psi=0.5 * math.pi), (0.0, 0.0, 0.0)),
+        (SixHelix(psi=math.pi / 3.0), (0.0, 0.0, 0.0)),
+        (SixHelix(psi=math.pi / 6.0), (0.0, 0.0, 0.0)),
+        (Ring(), (0.0, 0.2, 0.0)),
+        (NoWinding(), (0.1, 0.0, 0.0)),
+    ],
+)
+def test_half_a_body_can_be_made_where_it_tells_the_whole(
+    winding: Winding, walls: tuple[float, float, float]
+) -> None:
+    """At ψ = 90° the section is symmetric, but its body only after a shift: no half of it can be made."""
+    design = Design(winding=winding, geometry=ActuatorGeometry(outer_wall_variation=walls))
+    if design.mirror_in_place:
+        assert CellTracer(design, TINY).in_plane() is not None
+        assert PeriodCell.of(design, TINY, symmetric=True).unknowns > 0
+    else:
+        assert CellTracer(design, TINY).in_plane() is None
+        with pytest.raises(ValueError, match="symmetric: got"):
+            PeriodCell.of(design, TINY, symmetric=True)
+    task = Task(design, Budget.parse("20min"), Path(), "the command")
+    runs = cases_for(task, Domain((20e3, 20e3, 20e3), 30e3, 1e-3))
+    in_plane = [run for run in runs if run.name.endswith(("chamber1", "chambers23"))]
+    assert in_plane
+    assert {run.symmetric for run in in_plane} == {design.mirror_in_place}

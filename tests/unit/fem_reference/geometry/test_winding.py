@@ -154,6 +154,14 @@ def test_mirror_symmetry_is_that_of_the_crossings(kind, psi):
     assert winding.mirror_symmetric == (mirrored == azimuths)
 
 
+@pytest.mark.parametrize("kind", [DoubleHelix, SixHelix])
+@pytest.mark.parametrize("psi", [0.0, 10.0, 30.0, 60.0, 90.0, 120.0, 180.0])
+def test_a_winding_is_its_mirror_image_in_place_if_each_point_has_an_image(kind, psi):
+    winding = kind(np.radians(psi))
+    points = points_of(winding, PITCH)
+    assert winding.mirror_in_place == are_all_among(points * [1.0, -1.0, 1.0], points)
+
+
 def test_layouts_by_name():
     assert [layout(name).name for name in LAYOUTS] == ["double-helix", "ring", "six-helix", "none"]
     assert layout("double-helix", 0.3, 4e-3) == DoubleHelix(0.3, 4e-3)

@@ -14,7 +14,7 @@ PAPER, WIDEST = "double-helix, pitch 3 mm, ψ = 0°", "double-helix, pitch 6 mm,
 SIX = "six-helix, pitch 3 mm"
 # Laws of the fine mesh, whose truth is of the coarse one and carried to the limit by the cell's ratio.
 TURNED = "double-helix, pitch 3 mm, ψ = 45°"
-CARRIED = ("double-helix, pitch 3 mm, ψ = 30°", TURNED, SIX)
+CARRIED = (TURNED, SIX)
 TIP = 2.0
 
 

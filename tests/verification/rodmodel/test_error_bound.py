@@ -57,6 +57,7 @@ def test_compiled_and_differentiable_rods_state_the_same(tmp_path):
     assert all((angles < node).any() and (angles > node).any() for node in BY_BEND.bending_angle)
 
 
+@pytest.mark.slow
 def test_the_bound_has_the_derivatives_of_its_formula(rod: Rod) -> None:
     """Central differences of fourth order; and finite ones without a load, where the moment is zero."""
 

@@ -45,6 +45,7 @@ def similar(dataset):
     return its.assign_attrs(geometry=json.dumps(geometry))
 
 
+@pytest.mark.slow
 def test_angles_of_both_laws_are_the_same_at_the_same_share_of_the_pressure(dataset, similar, monkeypatch):
     monkeypatch.setattr("calibration.fit.pipeline.STARTS", 1)
     monkeypatch.setattr("calibration.fit.pipeline.TRIAL_ITERATIONS", 2)

@@ -125,6 +125,8 @@ def _fit(options: argparse.Namespace, command: str) -> int:
             raise BadInputError(f"--also {file}: got {error}") from error
     if options.near and (options.ridges is not None or options.features is not None):
         raise BadInputError("--near: got --ridges or --features too, expected the size to be that law's")
+    if options.near_weight is not None and not options.near:
+        raise BadInputError("--near-weight: got it without --near, expected both or neither")
     near = []
     for file in options.near:
         begun = read_calibration_file(file)
@@ -148,6 +150,7 @@ def _fit(options: argparse.Namespace, command: str) -> int:
         options.seed,
         near,
         others,
+        options.near_weight,
     )
     if not outcome.good:
         return complain(f"rodmodel-calibrate fit: {outcome.complaint}; nothing written", NOT_CONVERGED)
@@ -293,8 +296,15 @@ def _parser() -> Parser:
         default=[],
         metavar="FILE",
         help="calibration of another winding whose law the fit starts from and stays near, which needs "
-        "fewer paths; how near, training paths that are left out decide; with several, a law is fitted near "
-        "each, and one law is trained on their mean",
+        "fewer paths; with several, a law is fitted near each, and one law is trained on their mean",
+    )
+    fit.add_argument(
+        "--near-weight",
+        type=positive,
+        default=None,
+        metavar="WEIGHT",
+        help="weight of the squared distance from that law: 0.03 by default, near several 0.003; a hundred "
+        "times as much suits a few hundred states of a finer mesh",
     )
     fit.add_argument(
         "--near-another", action="store_true", help="allow the law of another actuator for --near"

@@ -15,7 +15,7 @@ from calibration.fit.distil_mean import mean_states
 from calibration.fit.held_out_error import everywhere, figures
 from calibration.fit.initial_law import Scales, initial_law, initial_oriented, with_guess
 from calibration.fit.join_sweeps import joined
-from calibration.fit.levenberg_marquardt import Fitted, Watch, fit, mean_square, residuals
+from calibration.fit.levenberg_marquardt import Fitted, fit, mean_square
 from calibration.fit.samples import Metric, Samples, loading_samples, metric, softness
 from calibration.fit.stable_domain import narrowed
 from calibration.progress import progress_bar
@@ -37,11 +37,8 @@ BEYOND, BEYOND_BESIDE = 1.2, 3.0
 NEAR_PRESSURE, NEAR_MOMENT = 0.073, 0.25
 # Weight of the squared parameters in the loss, see `fit`.
 PRIOR = 3e-3
-# Weights of the squared distance from the law of another winding. Cross-validation chooses one: a few hundred
-# states of a finer mesh want a hundred times the weight of thousands.
-PRIORS_NEAR = (0.03, 0.3, 3.0)
-# Parts of the training paths, each of which is left out once.
-FOLDS = 3
+# The same for the distance from the law of another winding.
+PRIOR_NEAR = 0.03
 # The same for fits near several laws, whose mean errs less than each of them.
 PRIOR_NEAR_SEVERAL = 3e-3
 # Significant digits of a law's numbers: far below the law's error, and files are half as long.
@@ -170,8 +167,8 @@ def fit_and_judge(
     near : initial laws of other windings, from `begin_near`, that the fit stays near. With several, a law is
         fitted near each, and one of the first's size is trained on their mean, see `mean_states`.
     others : datasets of the same section whose training states are fitted too.
-    stay : weight of the squared distance from the initial laws; by default, near one, that of `PRIORS_NEAR`
-        by which training paths that are left out are told best.
+    stay : weight of the squared distance from the initial laws; by default `PRIOR_NEAR`, or for several
+        `PRIOR_NEAR_SEVERAL`.
     """
     material = prepare(dataset, domain, length, others)
     # The states of one dataset are enough to choose the best start.
@@ -179,9 +176,7 @@ def fit_and_judge(
     run = attributes(dataset)
     train, scales = material.train, material.metric
     rounds = len(near) + 1 if len(near) > 1 else 1
-    chosen = len(near) == 1 and stay is None
-    before = len(PRIORS_NEAR) * FOLDS * iterations if chosen else 0 if near else STARTS * TRIAL_ITERATIONS
-    left_out: dict[float, float] = {}
+    before = 0 if near else STARTS * TRIAL_ITERATIONS
     with progress_bar(before + rounds * iterations, "iterations") as advance:
 
         def watch(stage: str) -> Any:
@@ -194,11 +189,9 @@ def fit_and_judge(
             stage = watch(f"start {number + 1}/{STARTS}")
             return fit(start, own.train, own.metric, TRIAL_ITERATIONS, prior=PRIOR, watch=stage)
 
-        if chosen:
-            left_out = missed_when_left_out(near[0], train, domain, length, iterations, watch("choosing"))
-            starts, prior = list(near), min(left_out, key=lambda weight: left_out[weight])
-        elif near:
-            starts, prior = list(near), PRIOR_NEAR_SEVERAL if stay is None else stay
+        if near:
+            usual = PRIOR_NEAR if len(near) == 1 else PRIOR_NEAR_SEVERAL
+            starts, prior = list(near), usual if stay is None else stay
         else:
             starts, prior = [min(map(trial, range(STARTS)), key=lambda trial: trial.loss).law], PRIOR
 
@@ -229,8 +222,6 @@ def fit_and_judge(
         "states": len(material.train),
         "paths": len(np.unique(material.train.path)),
         "seed": seed,
-        # Numbers are no keys of a JSON object.
-        **({"left_out_by_prior": [list(pair) for pair in left_out.items()]} if left_out else {}),
     }
     complaint = ""
     if not len(held_out):
@@ -241,36 +232,6 @@ def fit_and_judge(
         complaint = "the fitted law has no equilibrium at some held-out states"
     states = len(material.train) + len(held_out)
     return Judged(law, domain, error, training, states, not complaint, complaint)
-
-
-def missed_when_left_out(
-    start: AnyLaw, train: Samples, domain: Domain, length: float, iterations: int, watch: Watch
-) -> dict[float, float]:
-    """Return by how much training paths that are left out are missed, for each of `PRIORS_NEAR`.
-
-    It is the 95th percentile of the states' residuals, in the units of the metric. Their mean square would be
-    that of a few states near a loss of stability.
-
-    Parameters
-    ----------
-    start : law that fits stay near.
-    train : training states. Whole paths are left out: neighbours on one path tell each other.
-    domain, length : see `fit_and_judge`.
-    iterations : of each fit.
-    watch : callback for the progress.
-    """
-    part = np.unique(train.path, return_inverse=True)[1] % FOLDS
-    found = {}
-    for prior in PRIORS_NEAR:
-        missed = np.empty(len(train))
-        for one in range(FOLDS):
-            own, other = train.where(part != one), train.where(part == one)
-            scales = metric_in(domain, own, length)
-            law = fit(start, own, scales, iterations, prior=prior, stay_near=True, watch=watch).law
-            rows = residuals(law, other, metric_in(domain, other, length))
-            missed[part == one] = np.linalg.norm(rows, axis=1) * np.sqrt(len(other))
-        found[prior] = float(np.quantile(missed, 0.95))
-    return found
 
 
 def rounded(law: Any) -> Any:

@@ -21,8 +21,7 @@ from rodmodel import Calibration, Domain, read_calibration, save_calibration
 # Size of a law from scratch, as of `rodmodel-calibrate fit`, and from which number of states on it is tried.
 _RIDGES, _FEATURES = 24, 16
 _ENOUGH = 500
-# Weights with which a fit stays near the similar law. Held-out states choose: cross-validation would take the
-# time of a dozen fits.
+# Weights with which a fit stays near the similar law. Held-out states choose.
 _NEAR, _STIFF = 0.03, 3.0
 # A law whose domain is narrower than another's by more than this does not win by its errors there.
 _NARROW = 0.9

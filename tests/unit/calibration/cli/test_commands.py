@@ -12,7 +12,7 @@ import xarray as xr
 import rodmodel
 from calibration.cli import main
 from calibration.fit import prepare
-from calibration.fit.pipeline import PRIOR_NEAR_SEVERAL
+from calibration.fit.pipeline import PRIOR_NEAR, PRIOR_NEAR_SEVERAL
 from calibration.provenance import sha256
 from calibration.sweep import load_dataset, save_dataset
 
@@ -152,8 +152,16 @@ def test_fit_begins_near_the_law_of_another_winding(calibrated, run_directory, t
     for part in ("--near", "psi90", "a law with material.", "--near-another allows it"):
         assert part in line
     assert not (tmp_path / "law.json").exists()
-    assert main([*fitted, "--near", str(calibrated), "--iterations", "2"]) == 0
+    status, line = bad(*fitted, "--near-weight", "3")
+    assert status == 2
+    assert "--near-weight: got it without --near" in line
+    near = ["--near", str(calibrated), "--iterations", "2"]
+    assert main([*fitted, *near, "--near-weight", "3"]) == 0
     provenance = rodmodel.read_calibration(tmp_path / "law.json").provenance
+    assert provenance["training"]["prior"] == 3.0
+    assert main([*fitted, *near]) == 0
+    provenance = rodmodel.read_calibration(tmp_path / "law.json").provenance
+    assert provenance["training"]["prior"] == PRIOR_NEAR
     assert provenance["training"]["ridges"] == 6
     assert provenance["near_sha256"] == [sha256(calibrated)]
     several = str(tmp_path / "law.json"), str(calibrated)

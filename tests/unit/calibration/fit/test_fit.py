@@ -2,7 +2,6 @@
 
 import itertools
 from dataclasses import replace
-from types import SimpleNamespace
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -19,7 +18,6 @@ from calibration.fit import (
     fit_and_judge,
     initial_law,
     initial_oriented,
-    pipeline,
     prepare,
 )
 from calibration.fit.distil_mean import mean_states
@@ -27,10 +25,9 @@ from calibration.fit.initial_law import with_guess
 from calibration.fit.levenberg_marquardt import mean_square
 from calibration.fit.pipeline import (
     DIGITS,
-    FOLDS,
     PRIOR,
+    PRIOR_NEAR,
     PRIOR_NEAR_SEVERAL,
-    PRIORS_NEAR,
     metric_in,
     rounded,
     symmetry_of,
@@ -218,45 +215,11 @@ def test_a_law_of_another_winding_gives_the_fit_its_size_and_start(dataset):
     assert outcome.good, outcome.complaint
     assert outcome.law.symmetry == "mirror"
     assert (outcome.training["ridges"], outcome.training["features"]) == (18, 15)
-    left_out = dict(outcome.training["left_out_by_prior"])
-    assert tuple(left_out) == PRIORS_NEAR
-    assert outcome.training["prior"] == min(left_out, key=left_out.get)
+    assert outcome.training["prior"] == PRIOR_NEAR
     alone = fit_and_judge(dataset, **SHORT)
     assert alone.training["prior"] == PRIOR
     angle = outcome.error["free_bending_angle_rad"]
     assert angle["p95"] < 0.02 * angle["range"]
-
-
-def test_every_training_path_is_left_out_once_and_whole(dataset, monkeypatch):
-    """What is missed is over all states, each told by a fit that has not seen its path."""
-    material = prepare(dataset, DOMAIN, LENGTH)
-    seen: dict[float, list[set]] = {}
-    told: dict[float, list[str]] = {}
-
-    def fitted(start, own, scales, iterations, *, prior, stay_near, watch):
-        assert stay_near
-        assert len(scales.gradient) == len(own)
-        seen.setdefault(prior, []).append(set(own.path))
-        return SimpleNamespace(law=(prior, set(own.path)))
-
-    def rows(law, other, scales):
-        """Of a law that is off by its weight at all states but a few, where it is far off."""
-        prior, paths = law
-        assert len(scales.gradient) == len(other)
-        assert not paths & set(other.path)
-        assert paths | set(other.path) == set(material.train.path)
-        told.setdefault(prior, []).extend(other.path)
-        off = np.full(len(other), prior)
-        off[:1] = 1e6
-        return off[:, None] * np.ones(4) / 2.0 / np.sqrt(len(other))
-
-    monkeypatch.setattr(pipeline, "fit", fitted)
-    monkeypatch.setattr(pipeline, "residuals", rows)
-    found = pipeline.missed_when_left_out(law_of(), material.train, DOMAIN, LENGTH, 5, lambda *_: None)
-    assert found == pytest.approx({prior: prior for prior in PRIORS_NEAR})
-    for prior in PRIORS_NEAR:
-        assert len(seen[prior]) == FOLDS
-        assert sorted(told[prior]) == sorted(material.train.path)
 
 
 def test_laws_that_cannot_become_those_of_a_section_are_refused():

@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from itertools import cycle
 from typing import Literal
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
@@ -50,8 +48,7 @@ def edge(domain: Domain, direction: Vector) -> Vector:
 
 def inside(domain: Domain, pressure: Vector, moment: Vector) -> NDArray[np.bool_]:
     """Return whether loads (n, 3) [Pa], (n, 3) [N m] lie in the domain or on its edge, shape (n,)."""
-    pressures = jax.vmap(domain.covers_pressure)(jnp.asarray(pressure))
-    return np.asarray(pressures & jax.vmap(domain.covers_moment)(jnp.asarray(moment)))
+    return np.asarray(domain.covers_pressure(pressure.T) & domain.covers_moment(moment.T))
 
 
 @dataclass(frozen=True)

@@ -44,11 +44,12 @@ def test_the_cell_is_drawn_with_its_angle_and_curves(tmp_path, capsys):
     assert "moment" not in text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("loads", "name"),
     [
         (["--curvature-per-m", "1", "-2", "0.5"], "size of the curvature [1/m]"),
-        pytest.param(["--moment-nmm", "0", "-0.5", "0"], "size of the moment [N mm]", marks=pytest.mark.slow),
+        (["--moment-nmm", "0", "-0.5", "0"], "size of the moment [N mm]"),
     ],
 )
 def test_a_load_without_pressure_is_drawn_in_steps_with_its_moment(loads, name, tmp_path, capsys):

@@ -108,8 +108,9 @@ def errors(table: str) -> list[float]:
 
 
 # Errors of the calibrations at these states, which free paths of the sweeps pass near: no more than the worst
-# held-out one. The points are of the windings' own meshes, from which laws of the coarse mesh are farther; at
-# 60 kPa the fine cell of ψ = 0, which three figures have, folds too early.
+# held-out one, nor than the bar of a map [deg]. The points are of the windings' own meshes, from which laws
+# of the coarse mesh are farther; at 60 kPa the fine cell of ψ = 0, which three figures have, folds too early.
+MAP_BAR = 2.0
 COARSE = pytest.mark.xfail(
     strict=True, reason="laws of ψ = 0 and of pitches are of the coarse mesh: 2.7 to 7.7° off"
 )
@@ -130,7 +131,7 @@ def test_a_figure_has_points_the_rod_and_its_error(told: Run, tmp_path: Path, na
     worst = max(float(c.error["free_bending_angle_rad"]["worst"]) for c in rodmodel.shipped_calibrations())
     found = errors(table)
     assert len(found) >= count
-    assert max(map(abs, found)) < np.degrees(worst)
+    assert max(map(abs, found)) < min(np.degrees(worst), MAP_BAR)
     assert drawn.read_bytes().startswith(b"\x89PNG")
 
 
@@ -291,7 +292,9 @@ def test_10_moment_curvature_errs_by_less_than_held_out_states_do(told: Run, tmp
     lines = told("10_moment_curvature.py", str(drawn)).splitlines()
     middle = next(n for n, line in enumerate(lines) if line.startswith("law − middle"))
     rows, runs = lines[1:middle], lines[middle + 1 : -1]
-    worst = max(float(c.error["loaded_bending_angle_rad"]["worst"]) for c in rodmodel.shipped_calibrations())
+    drawn_laws = [c for c in rodmodel.shipped_calibrations() if (c.layout.psi, c.layout.pitch) == (0.0, 3e-3)]
+    assert len(drawn_laws) == 3
+    worst = max(float(c.error["loaded_bending_angle_rad"]["worst"]) for c in drawn_laws)
     assert len(rows) == 12
     assert max(float(row.split()[-3]) for row in rows) < np.degrees(worst)
     assert [run.rpartition(",")[0] for run in runs] == list(dict.fromkeys(r.rpartition(",")[0] for r in rows))

@@ -6,12 +6,13 @@ import reprlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from rodmodel.io.ranges import ADJUSTMENT_RANGES, ARRAY_NUMBER, RANGES
 
+_Read = TypeVar("_Read")
 # Largest file [bytes]; the largest law takes about 80 MB.
 _MOST_BYTES = 256 * 2**20
 # Deepest nesting of objects and lists; the format needs four levels.
@@ -97,6 +98,29 @@ class Record:
     def record(self, key: str) -> "Record":
         """Return the object under a key."""
         return Record(self.take(key, "an object", lambda value: True), self.file, self._full(key))
+
+    def each(self, key: str, most: int, what: str, read: Callable[["Record"], _Read]) -> tuple[_Read, ...]:
+        """Return what `read` makes of each object in the list under a key, none without the key.
+
+        Parameters
+        ----------
+        most : largest length of the list.
+        what : what there is one object for, in words.
+        """
+        if key not in self.content:
+            return ()
+        listed = self.take(
+            key,
+            f"a list of 1 to {most} objects, one for each {what}",
+            lambda value: isinstance(value, list) and 1 <= len(value) <= most,
+        )
+        found = []
+        for index, content in enumerate(listed):
+            try:
+                found.append(read(Record(content, self.file)))
+            except CalibrationFileError as error:
+                raise CalibrationFileError(f"{error}, in {key}[{index}]") from error
+        return tuple(found)
 
     def word(self, key: str) -> str:
         """Return the name under a key, of letters, digits, and -._ between them."""

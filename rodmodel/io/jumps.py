@@ -6,7 +6,7 @@
 from dataclasses import dataclass
 from typing import Any, final
 
-from rodmodel.io.json_record import CalibrationFileError, Record
+from rodmodel.io.json_record import Record
 from rodmodel.io.ranges import Range
 
 _PRESSURE = Range(0.0, 1e8, "Pa")
@@ -50,20 +50,7 @@ def jumps_content(jumps: tuple[Jump, ...]) -> list[dict[str, Any]]:
 
 def jumps_of(record: Record) -> tuple[Jump, ...]:
     """Return the runs of a file's record, none if it has none."""
-    if "jumps" not in record.content:
-        return ()
-    listed = record.take(
-        "jumps",
-        f"a list of 1 to {_MOST} objects, one for each run",
-        lambda value: isinstance(value, list) and 1 <= len(value) <= _MOST,
-    )
-    jumps = []
-    for index, content in enumerate(listed):
-        try:
-            jumps.append(_jump(Record(content, record.file)))
-        except CalibrationFileError as error:
-            raise CalibrationFileError(f"{error}, in jumps[{index}]") from error
-    return tuple(jumps)
+    return record.each("jumps", _MOST, "run", _jump)
 
 
 def _jump(record: Record) -> Jump:

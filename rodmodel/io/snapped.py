@@ -11,7 +11,7 @@ from typing import Any, final
 
 from rodmodel.actuator import Domain
 from rodmodel.error_bound import ErrorBound
-from rodmodel.io.json_record import CalibrationFileError, Record
+from rodmodel.io.json_record import Record
 from rodmodel.io.law_arrays import RidgeArrays
 from rodmodel.io.law_record import domain_content, domain_of, law_content, law_of
 
@@ -71,21 +71,10 @@ def snapped_content(laws: tuple[SnappedLaw, ...]) -> list[dict[str, Any]]:
 
 def snapped_of(record: Record) -> tuple[SnappedLaw, ...]:
     """Return the laws of a file's record, none if it has none."""
-    if "snapped" not in record.content:
-        return ()
-    expected = f"a list of 1 to {_MOST} objects, one for each chamber and side"
-    listed = record.take(
-        "snapped", expected, lambda value: isinstance(value, list) and 1 <= len(value) <= _MOST
-    )
-    laws = []
-    for index, content in enumerate(listed):
-        try:
-            laws.append(_snapped(Record(content, record.file)))
-        except CalibrationFileError as error:
-            raise CalibrationFileError(f"{error}, in snapped[{index}]") from error
+    laws = record.each("snapped", _MOST, "chamber and side", _snapped)
     if len({(law.chamber, law.side) for law in laws}) < len(laws):
-        raise record.error("snapped", "one chamber and side twice", expected)
-    return tuple(laws)
+        raise record.error("snapped", "one chamber and side twice", "one object for each chamber and side")
+    return laws
 
 
 def _snapped(record: Record) -> SnappedLaw:

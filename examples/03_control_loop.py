@@ -70,7 +70,7 @@ def main() -> None:
 
 def controller(rod: rodmodel.CoreRod) -> Callable[..., np.ndarray]:
     """Function from pressures, bend, wanted bend and the next one to the next pressures."""
-    model = rod.predictor(("gravity",), steps=3, tolerance=1e-5)
+    model = rod.predictor(("gravity",), steps=4, tolerance=1e-5)
     largest = np.array(rod.domain.pressure_max)
 
     def step(

@@ -12,6 +12,7 @@ Database-friendly random projections, J. Comput. Syst. Sci. 66, 671: signs at ra
 """
 
 import math
+import operator
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
@@ -97,8 +98,9 @@ def fit(
     prior: float = 0.0,
     stay_near: bool = False,
     watch: Watch = lambda iterations, loss: None,
+    frozen: tuple[str, ...] = (),
 ) -> Fitted[Law]:
-    """Fit all array leaves of a law.
+    """Fit the array leaves of a law.
 
     Parameters
     ----------
@@ -110,8 +112,9 @@ def fit(
         smooth between the states.
     stay_near : apply the prior to the change of the parameters from those of `law`.
     watch : callback for the progress.
+    frozen : names of arrays of a network that stay as they are.
     """
-    trained, fixed = eqx.partition(law, eqx.is_inexact_array)
+    trained, fixed = _parted(law, frozen)
     start, unravel = ravel_pytree(trained)
     x = np.asarray(start)
     centre = x if stay_near else np.zeros_like(x)
@@ -138,9 +141,9 @@ def fit(
         pull, here = prior * (x - centre), law_of(x)
         for number, chunk in enumerate(chunks):
             draw = jax.random.key(len(losses) * len(chunks) + number)
-            rows = np.asarray(_slopes(here, chunk, combinations, draw)).reshape(-1, x.size)
+            rows = np.asarray(_slopes(here, chunk, combinations, draw, frozen)).reshape(-1, x.size)
             ssyrk(1.0, rows.T, beta=1.0, c=products, lower=True, overwrite_c=True)
-            pull += np.asarray(_half_gradient(here, chunk))
+            pull += np.asarray(_half_gradient(here, chunk, frozen))
         normal[:] = products
         normal[diagonal] += prior
         unit = np.trace(normal) / x.size
@@ -164,6 +167,14 @@ def fit(
     return Fitted(law_of(x), loss, len(losses) - 1, converged)
 
 
+def _parted(law: Any, frozen: tuple[str, ...]) -> tuple[Any, Any]:
+    """Return a law's arrays that are trained, and all else."""
+    kinds = jax.tree.map(eqx.is_inexact_array, law)
+    for name in frozen:
+        kinds = eqx.tree_at(operator.attrgetter(name), kinds, False)
+    return eqx.partition(law, kinds)
+
+
 def _solve_definite(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
     """Solve with a matrix' lower triangle, which is overwritten; None if it is not positive definite.
 
@@ -183,15 +194,17 @@ def _residuals(law: AnyLaw, chunk: Any) -> jax.Array:
 
 
 @eqx.filter_jit
-def _half_gradient(law: AnyLaw, chunk: Any) -> jax.Array:
+def _half_gradient(law: AnyLaw, chunk: Any, frozen: tuple[str, ...]) -> jax.Array:
     """Return half the gradient of the sum of squares (parameters,)."""
-    trained, fixed = eqx.partition(law, eqx.is_inexact_array)
+    trained, fixed = _parted(law, frozen)
     half = jax.grad(lambda trained: 0.5 * jnp.sum(_residuals(eqx.combine(trained, fixed), chunk) ** 2))
     return ravel_pytree(half(trained))[0]
 
 
 @eqx.filter_jit
-def _slopes(law: AnyLaw, chunk: Any, combinations: int, draw: jax.Array) -> jax.Array:
+def _slopes(
+    law: AnyLaw, chunk: Any, combinations: int, draw: jax.Array, frozen: tuple[str, ...]
+) -> jax.Array:
     """Return slopes of the residuals, or of random combinations (states, combinations, parameters).
 
     The expectation of their products is that of all slopes. Single precision is enough for a step direction.
@@ -200,7 +213,7 @@ def _slopes(law: AnyLaw, chunk: Any, combinations: int, draw: jax.Array) -> jax.
     def single(tree: Any) -> Any:
         return jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), tree)
 
-    trained, fixed = eqx.partition(law, eqx.is_inexact_array)
+    trained, fixed = _parted(law, frozen)
     trained, chunk = single(trained), single(chunk)
     shape = len(chunk[0]), combinations, _RESIDUALS
     if combinations < _RESIDUALS:

@@ -10,9 +10,10 @@ from rodmodel.control._of_rod import core_of
 from rodmodel.core import INPUT, JACOBIAN, SOLUTION, CoreRod, Numbers, ffi, lib
 
 # Attribute look-ups would count beside a call of microseconds.
-from_buffer, NULL, asarray = ffi.from_buffer, ffi.NULL, np.asarray
+from_buffer, NULL, asarray, make = ffi.from_buffer, ffi.NULL, np.asarray, tuple.__new__
 _DOUBLE, _THREE, _TRUTH = np.dtype(np.float64), (3,), (np.False_, np.True_)
-_JACOBIAN_SIZE = JACOBIAN.itemsize // 8
+# Columns of the Jacobian by the pressures, and by the tip force.
+_INPUTS = slice(3), slice(3, 6)
 _LOADS = ("tip_force", "tip_moment", "gravity", "distributed_force")
 
 
@@ -156,7 +157,6 @@ class Predictor:
         try:
             if not self._fill(buffers, pressure, loads):
                 raise ValueError("pressure, loads: got rows, expected (3,) each")
-            found = np.empty(_JACOBIAN_SIZE)
             self._call_with_jacobian(
                 self._handle,
                 buffers.input,
@@ -165,17 +165,13 @@ class Predictor:
                 buffers.workspace,
                 NULL,
                 buffers.solution,
-                from_buffer("rm_jacobian *", found),
+                buffers.jacobian,
                 0,
                 NULL,
                 NULL,
                 NULL,
             )
-            position, turn = found[:36].reshape(3, 12), found[36:72].reshape(3, 12)
-            bend = found[72:96].reshape(2, 12)
-            return buffers.prediction(), TipJacobian(
-                position[:, :3], turn[:, :3], position[:, 3:6], turn[:, 3:6], bend[:, :3], bend[:, 3:6]
-            )
+            return buffers.prediction(), buffers.derivatives()
         finally:
             free.append(buffers)
 
@@ -222,28 +218,42 @@ class _Buffers:
         self.input, self.solution = from_buffer("rm_input *", row), from_buffer("rm_solution *", found)
         self.workspace = core.handle.workspace(steps, with_jacobian=True)
         self.start: Any = NULL
+        self._unknown = self.solution.unknown
         self._position, self._rotation = found["tip_position"][0], found["tip_rotation"][0]
         self._numbers = found.view(np.float64)
         self._angle, self._plane = (_index_of(SOLUTION, name) for name in ("bending_angle", "bending_plane"))
         self._bound, self._tip_bound = (_index_of(SOLUTION, name) for name in ("angle_error", "tip_error"))
+        changes = np.zeros(1, JACOBIAN)
+        self.jacobian = from_buffer("rm_jacobian *", changes)
+        position, turn, bend = (changes[name].reshape(-1, 12) for name in ("position", "turn", "bend"))
+        self._changes = [rows[:, part] for part in _INPUTS for rows in (position, turn)]
+        self._changes += [bend[:, part] for part in _INPUTS]
 
     def prediction(self) -> Prediction:
         """Return the prediction of the core's last solution."""
         solution = self.solution
         good = solution.result == 0
         # The start points into the solution: the core reads it before it writes there.
-        self.start = solution.unknown if good else NULL
-        return Prediction(
-            self._position.copy(),
-            self._rotation.copy(),
-            self._numbers[self._angle],
-            self._numbers[self._plane],
-            _TRUTH[good],
-            _TRUTH[solution.stable],
-            _TRUTH[solution.in_domain],
-            self._numbers[self._bound],
-            self._numbers[self._tip_bound],
+        self.start = self._unknown if good else NULL
+        numbers = self._numbers
+        return make(
+            Prediction,
+            (
+                self._position.copy(),
+                self._rotation.copy(),
+                numbers[self._angle],
+                numbers[self._plane],
+                _TRUTH[good],
+                _TRUTH[solution.stable],
+                _TRUTH[solution.in_domain],
+                numbers[self._bound],
+                numbers[self._tip_bound],
+            ),
         )
+
+    def derivatives(self) -> TipJacobian:
+        """Return the tip's derivatives of the core's last solution with a Jacobian."""
+        return make(TipJacobian, [rows.copy() for rows in self._changes])
 
 
 def _refuse_other_than_rows(name: str, given: np.ndarray) -> bool:

@@ -20,7 +20,7 @@ from tests.benchmark.timing.figures import duration, processor
 
 PRESSURES_KPA = (10.0, 20.0, 30.0, 40.0)
 FORCE = np.array([0.0, 0.01, 0.0])
-RUNS, STEPS = 2000, 3
+RUNS, STEPS = 2000, 4
 
 
 def finite_elements() -> tuple[list[dict[str, Any]], int]:

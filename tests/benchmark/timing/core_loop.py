@@ -16,6 +16,7 @@ from tests.benchmark.timing.figures import KEPT, ROOT
 _SOURCE = Path(__file__).with_suffix(".c")
 _CORE = ROOT / "rodmodel" / "core"
 _COMPILER = ROOT / ".venv" / ".compiler"
+_FOLDERS = (_CORE / "src", *sorted(path for path in (_CORE / "src").iterdir() if path.is_dir()))
 # What CMake adds for the release build and the standard that CMakeLists.txt asks for.
 _ALWAYS = ("-O3", "-DNDEBUG", "-std=c99", "-fPIC", "-shared")
 
@@ -42,7 +43,7 @@ def library(variant: str) -> Any:
     compiler = _COMPILER.read_text().strip() if _COMPILER.exists() else "cc"
     KEPT.mkdir(parents=True, exist_ok=True)
     target = KEPT / f"core_loop_{variant}.so"
-    options = [*_ALWAYS, *flags("core"), *flags(variant), f"-I{_CORE / 'src'}"]
+    options = [*_ALWAYS, *flags("core"), *flags(variant), *(f"-I{folder}" for folder in _FOLDERS)]
     subprocess.run([compiler, *options, str(_SOURCE), "-o", str(target), "-lm"], check=True)
     return _FFI.dlopen(str(target))
 

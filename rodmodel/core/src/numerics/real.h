@@ -20,6 +20,7 @@
 #define rm_atan2 atan2f
 #define rm_floor floorf
 #define rm_abs fabsf
+#define rm_cbrt cbrtf
 #define RM_EPSILON R(1.1920929e-7)
 #define RM_TINY R(1e-30)
 #else
@@ -31,6 +32,7 @@
 #define rm_atan2 atan2
 #define rm_floor floor
 #define rm_abs fabs
+#define rm_cbrt cbrt
 #define RM_EPSILON 2.220446049250313e-16
 #define RM_TINY 1e-300
 #endif
@@ -75,9 +77,9 @@ static inline __attribute__((always_inline)) lanes inverse_of(lanes x)
 #define inverse_of(x) (R(1.0) / (x))
 #endif
 
-/* Neighbouring solutions are integrated in blocks of four. */
+/* Neighbouring solutions are integrated in blocks of four, or of eight where vectors have as many lanes. */
 #if defined(__GNUC__)
-#define RM_BLOCK 4
+#define RM_BLOCK (RM_LANES > 4 ? RM_LANES : 4)
 typedef rm_real block __attribute__((vector_size(RM_BLOCK * sizeof(rm_real))));
 typedef rm_real loose_block
     __attribute__((vector_size(RM_BLOCK * sizeof(rm_real)), aligned(sizeof(rm_real)), may_alias));

@@ -144,6 +144,12 @@ RM_INLINE vec mat_back(mat m, vec a)
     return v;
 }
 
+RM_INLINE mat mat_scale(rm_real s, mat m)
+{
+    const mat found = {scale(s, m.a), scale(s, m.b), scale(s, m.c)};
+    return found;
+}
+
 RM_INLINE mat mat_product(mat m, mat n)
 {
     const mat p = {mat_apply(m, n.a), mat_apply(m, n.b), mat_apply(m, n.c)};

@@ -1,4 +1,4 @@
-/* Equations of the rod: its loads, its ends, and the differential equations along it, with their linearisation.
+/* Equations of the rod: its loads, its ends, and the differential equations along it.
  *
  * With m = dPi/du and K = d2Pi/du2 in the body frame, f = R^T n the force on a section and c the shear compliance,
  *
@@ -20,9 +20,6 @@
 
 #include "section.h"
 
-/* Largest number of neighbouring solutions: derivatives by the unknowns, then by pressures, tip force and gravity. */
-#define RM_MOST_COLUMNS 16
-
 typedef struct {
     vec end_force;       /* tip force, weight of cap and stiff tip [N] */
     vec body_force;      /* weight of the body and distributed force over its length [N] */
@@ -33,6 +30,10 @@ typedef struct {
     vec follower_force;  /* [N], frame of the cap */
 } resultants;
 
+/* Largest distance from an expansion of the law at which it replaces the law, over the curvature scale and the cubic root
+ * of the tolerance: what that adds to the error is of third order, a twentieth of the tolerance at most. */
+#define RM_NEARBY R(0.1)
+
 typedef struct {
     const contracted *section;
     resultants loads;    /* frame of the base */
@@ -42,6 +43,7 @@ typedef struct {
     vec offset;          /* offset of the cap, frame of the body's end [m] */
     quat mount;          /* frame of the first section */
     int unknowns;        /* 3, or 6 with a follower force */
+    rm_real nearby;      /* distance from an expansion of the law up to which it replaces the law [1/m] */
     /* Derivatives by the pressures, for a Jacobian. */
     vec mount_slopes[3]; /* turns of the mount, in its frame [rad/Pa] */
     vec offset_slopes[3]; /* [m/Pa] */
@@ -157,144 +159,37 @@ static void set_ends(equilibrium *e, const rm_actuator *a, const rm_real *pressu
     }
 }
 
-/* Neighbouring solutions at a section: turns of the frame and changes of u L, body frame, and of r/L, base frame. */
+/* A section of the rod under the forces on it. */
 typedef struct {
-    rm_real phi[3][RM_MOST_COLUMNS];
-    rm_real kappa[3][RM_MOST_COLUMNS];
-    rm_real shift[3][RM_MOST_COLUMNS];
-} variations;
+    section_state section;
+    sym flexibility;
+    vec curvature; /* u [1/m] */
+    vec slope;     /* u' [1/m^2] */
+    vec force;     /* f [N] */
+    vec lean;      /* e3 x f [N] */
+    vec across;    /* c (f1, f2, 0): by how much the section leans */
+    rm_real arm;   /* 1 - c f3 */
+    rm_real ahead; /* 1 - s/L */
+} balanced_section;
 
-/* Derivatives of the force on a section, `end` + (1 - s/L) `body`, and of the loads on the cap, by the columns' inputs;
- * base frame. */
-typedef struct {
-    rm_real end[3][RM_MOST_COLUMNS];
-    rm_real body[3][RM_MOST_COLUMNS];
-    rm_real cap[3][RM_MOST_COLUMNS];
-    rm_real lever[3][RM_MOST_COLUMNS];
-    int pressures;       /* first of the three columns by pressures */
-} column_forces;
-
-RM_INLINE void matrix_rows(rm_real rows[3][3], mat m)
+/* Balance a section at `fraction` of the length, with the frame `q` and the curvature u. */
+RM_INLINE balanced_section balance_section(const equilibrium *e, rm_real fraction, quat q, vec curvature, vec pull,
+                                           const section_state *section)
 {
-    rows[0][0] = m.a.x, rows[0][1] = m.b.x, rows[0][2] = m.c.x;
-    rows[1][0] = m.a.y, rows[1][1] = m.b.y, rows[1][2] = m.c.y;
-    rows[2][0] = m.a.z, rows[2][1] = m.b.z, rows[2][2] = m.c.z;
-}
-
-/* Rates by s/L at a section, of u L and of `columns` neighbouring solutions,
- *
- *     phi' = du - u x phi,   K du' = -du x m - u x K du - e3 x (f x phi + R^T dn) - dK u' - u x dm - (dK/dp) u'
- *
- * if `driven` with their forces, changes of the law and changes of r/L. With neighbouring solutions that are not
- * driven, the law's expansion is written to `stored`; without any, the section is read from it, if it is not NULL. */
-RM_INLINE vec rates_at(const equilibrium *e, rm_real fraction, quat q, vec turn, vec pull, int columns, int driven,
-                       const column_forces *forces, const variations *at, variations *rate, expansion *stored,
-                       section_state *section, vec *drift)
-{
-    const rm_real length = e->length, ahead = R(1.0) - fraction;
-    const vec u = scale(R(1.0) / length, turn);
-    const section_state s = columns > 0 || stored == NULL ? linearise(e->section, u, columns > 0)
-                                                          : linearise_near(e->section, u, stored);
-    const vec n = add(along(e->loads.end_force, ahead, e->loads.body_force), pull);
-    const vec f = into_body(q, n), lean = axis_cross(f);
-    const rm_real arm = R(1.0) - e->shear * f.z;
-    const vec torque = along(scale(-arm, lean), R(-1.0), cross(u, s.moment));
-    const sym flexibility = sym_inverse(s.stiffness);
-    const vec slope = sym_apply(flexibility, torque);
-    const vec across = {e->shear * f.x, e->shear * f.y, R(0.0)};
-    *section = s;
-    *drift = out_of_body(q, across);
-    if (columns == 0) {
-        return scale(length * length, slope);
-    }
-
-    vec moments[3], stiffened[3];
-    sym g;
-    if (driven) {
-        g = slopes_by_pressure(e->section, slope, moments, stiffened);
-    } else {
-        rm_real third[10];
-        third_derivatives(e->section, third);
-        g = stiffening(third, slope);
-        stored->curvature = u;
-        stored->section = s;
-        memcpy(stored->third, third, sizeof third);
-    }
-    /* K du' = (m^ - u^ K - dK u') du + E (f x phi + R^T dn), E = -(1 - c f3) e3^ + c (e3 x f) e3^T; written out, as
-     * compilers do not drop products with zeros. */
-    const sym h = sym_scale(length * length, flexibility), k = s.stiffness;
-    const vec m = s.moment;
-    const rm_real t[3][3] = {{u.z * k.xy - u.y * k.xz - g.xx, u.z * k.yy - u.y * k.yz - g.xy - m.z,
-                              u.z * k.yz - u.y * k.zz - g.xz + m.y},
-                             {u.x * k.xz - u.z * k.xx - g.xy + m.z, u.x * k.yz - u.z * k.xy - g.yy,
-                              u.x * k.zz - u.z * k.xz - g.yz - m.x},
-                             {u.y * k.xx - u.x * k.xy - g.xz - m.y, u.y * k.xy - u.x * k.yy - g.yz + m.x,
-                              u.y * k.xz - u.x * k.yz - g.zz}};
-    const rm_real rows[3][3] = {{h.xx, h.xy, h.xz}, {h.xy, h.yy, h.yz}, {h.xz, h.yz, h.zz}};
-    const rm_real per_length = R(1.0) / length;
-    rm_real a[3][3], b[3][3], by_force[3][3];
-    for (int i = 0; i < 3; i++) {
-        const rm_real x = per_length * rows[i][0], y = per_length * rows[i][1], z = per_length * rows[i][2];
-        for (int j = 0; j < 3; j++) {
-            a[i][j] = x * t[0][j] + y * t[1][j] + z * t[2][j];
-        }
-        by_force[i][0] = -arm * rows[i][1];
-        by_force[i][1] = arm * rows[i][0];
-        by_force[i][2] = e->shear * (rows[i][0] * lean.x + rows[i][1] * lean.y);
-        b[i][0] = by_force[i][1] * f.z - by_force[i][2] * f.y;
-        b[i][1] = by_force[i][2] * f.x - by_force[i][0] * f.z;
-        b[i][2] = by_force[i][0] * f.y - by_force[i][1] * f.x;
-    }
-    for (int c = 0; c < columns; c += RM_BLOCK) {
-        const block p0 = GET(at->phi[0] + c), p1 = GET(at->phi[1] + c), p2 = GET(at->phi[2] + c);
-        const block k0 = GET(at->kappa[0] + c), k1 = GET(at->kappa[1] + c), k2 = GET(at->kappa[2] + c);
-        PUT(rate->phi[0] + c, k0 - (turn.y * p2 - turn.z * p1));
-        PUT(rate->phi[1] + c, k1 - (turn.z * p0 - turn.x * p2));
-        PUT(rate->phi[2] + c, k2 - (turn.x * p1 - turn.y * p0));
-        for (int i = 0; i < 3; i++) {
-            PUT(rate->kappa[i] + c,
-                (a[i][0] * k0 + a[i][1] * k1 + a[i][2] * k2) + (b[i][0] * p0 + b[i][1] * p1 + b[i][2] * p2));
-        }
-    }
-    if (forces == NULL) {
-        return scale(length * length, slope);
-    }
-
-    rm_real d[3][3], r[3][3];
-    matrix_rows(r, mat_of_quat(q));
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) {
-            d[i][j] = by_force[i][0] * r[j][0] + by_force[i][1] * r[j][1] + by_force[i][2] * r[j][2];
-        }
-    }
-    for (int c = 0; c < columns; c += RM_BLOCK) {
-        const block n0 = GET(forces->end[0] + c) + ahead * GET(forces->body[0] + c);
-        const block n1 = GET(forces->end[1] + c) + ahead * GET(forces->body[1] + c);
-        const block n2 = GET(forces->end[2] + c) + ahead * GET(forces->body[2] + c);
-        for (int i = 0; i < 3; i++) {
-            PUT(rate->kappa[i] + c, GET(rate->kappa[i] + c) + d[i][0] * n0 + d[i][1] * n1 + d[i][2] * n2);
-        }
-        if (driven) {
-            /* Linearised r' = R (e3 + c (f1, f2, 0)). */
-            const block p0 = GET(at->phi[0] + c), p1 = GET(at->phi[1] + c), p2 = GET(at->phi[2] + c);
-            const block f0 = f.y * p2 - f.z * p1 + r[0][0] * n0 + r[1][0] * n1 + r[2][0] * n2;
-            const block f1 = f.z * p0 - f.x * p2 + r[0][1] * n0 + r[1][1] * n1 + r[2][1] * n2;
-            const block v0 = p1 - p2 * across.y + e->shear * f0, v1 = p2 * across.x - p0 + e->shear * f1;
-            const block v2 = p0 * across.y - p1 * across.x;
-            for (int i = 0; i < 3; i++) {
-                PUT(rate->shift[i] + c, r[i][0] * v0 + r[i][1] * v1 + r[i][2] * v2);
-            }
-        }
-    }
-    if (driven) {
-        for (int p = 0; p < 3; p++) {
-            const vec push = sym_apply(h, along(scale(R(-1.0), stiffened[p]), R(-1.0), cross(u, moments[p])));
-            rate->kappa[0][forces->pressures + p] += push.x;
-            rate->kappa[1][forces->pressures + p] += push.y;
-            rate->kappa[2][forces->pressures + p] += push.z;
-        }
-    }
-    return scale(length * length, slope);
+    balanced_section at;
+    at.section = *section;
+    at.curvature = curvature;
+    at.ahead = R(1.0) - fraction;
+    at.force = into_body(q, add(along(e->loads.end_force, at.ahead, e->loads.body_force), pull));
+    at.lean = axis_cross(at.force);
+    at.arm = R(1.0) - e->shear * at.force.z;
+    at.across.x = e->shear * at.force.x;
+    at.across.y = e->shear * at.force.y;
+    at.across.z = R(0.0);
+    at.flexibility = sym_inverse(section->stiffness);
+    at.slope = sym_apply(at.flexibility,
+                         along(scale(-at.arm, at.lean), R(-1.0), cross(curvature, section->moment)));
+    return at;
 }
 
 #endif

@@ -141,9 +141,6 @@ static void evaluate_pose(void *what, vec point, const place *near, place *there
         return;
     }
     begin(&at, s->rod, input.pressure, s->options.steps, 1, 1, s->workspace);
-    if (s->loaded) {
-        prepare_derivatives(&at, &input, 0, 0, &d);
-    }
     rm_real start[6];
     if (s->loaded && near != NULL) {
         const vec way = sub(point, near->point);
@@ -152,12 +149,12 @@ static void evaluate_pose(void *what, vec point, const place *near, place *there
         }
     }
     const rm_real *from = s->loaded && near != NULL ? start : NULL;
-    if (solve_begun(&at, &input, &s->options, from, s->loaded ? &d : NULL, &solution) != RM_SUCCESSFUL) {
+    if (solve_begun(&at, &input, &s->options, from, &solution) != RM_SUCCESSFUL) {
         return;
     }
     if (at.loaded) {
         rm_real position[3 * RM_INPUTS], turn[3 * RM_INPUTS];
-        differentiate(&at, &s->options, &d);
+        differentiate(&at, &input, s->options.steps, 0, 0, &d);
         const vec cap = {at.equilibrium.offset.x, at.equilibrium.offset.y, at.equilibrium.tip_length};
         put_pose_change(&at, &d, &d.end, at.reached.end.frame, cap, R(1.0), position, turn);
         for (int k = 0; k < 3; k++) {

@@ -6,104 +6,234 @@
 #ifndef RM_JACOBIAN_H
 #define RM_JACOBIAN_H
 
-#include "solve.h"
+#include "response.h"
 
-/* Column of an input: pressures, tip force, tip moment (-1, as it has no column), gravity. */
-RM_INLINE int column_of_input(int input, int unknowns)
+#define RM_INPUTS 12
+
+/* RM_WORKSPACE_SIZE counts on it. */
+typedef char a_response_has_the_size_that_the_header_says[2 * sizeof(response) == RM_KEPT_SIZE * sizeof(rm_real) ? 1 : -1];
+
+/* Neighbouring solutions by unknowns and pressures, and by loads if there are 12 inputs. */
+typedef struct {
+    response end;                   /* columns at the base, then at the end of the body */
+    response *kept;                 /* columns at the nodes, with their rates, or NULL */
+    column_forces forces;
+    rm_real jacobian[6][RM_MOST_COLUMNS]; /* derivative of the residual by the columns */
+    rm_real by_input[6][RM_INPUTS]; /* derivatives of the unknowns by the inputs */
+    int unknowns, columns, inputs;
+    mat world;                      /* frame of the base */
+} derivatives;
+
+/* Set up the columns of the derivatives by pressures, with `by_loads` also by loads; `keep` keeps them at the nodes. */
+static void prepare_derivatives(const solve_state *at, const rm_input *input, int by_loads, int keep, derivatives *d)
 {
-    return input < 6 ? unknowns + input : (input < 9 ? -1 : unknowns + input - 3);
+    const rm_real identity[9] = {R(1.0), R(0.0), R(0.0), R(0.0), R(1.0), R(0.0), R(0.0), R(0.0), R(1.0)};
+    const rm_actuator *a = &at->rod->actuator;
+    const rm_real tip_length = a->cap_length + a->stiff_tip;
+    const weights w = weights_of(a);
+    column_forces *forces = &d->forces;
+    d->unknowns = at->equilibrium.unknowns;
+    d->columns = d->unknowns == 6 ? 16 : (by_loads ? 12 : 8);
+    d->inputs = by_loads ? RM_INPUTS : 3;
+    d->kept = keep ? (response *)(void *)at->kept : NULL;
+    d->world = mat_of_rows(input->given & RM_BASE ? input->base_rotation : identity);
+    memset(forces, 0, sizeof *forces);
+    const vec rows[3] = {{d->world.a.x, d->world.b.x, d->world.c.x},
+                         {d->world.a.y, d->world.b.y, d->world.c.y},
+                         {d->world.a.z, d->world.b.z, d->world.c.z}};
+    for (int axis = 0; axis < 3 && by_loads; axis++) {
+        /* Components of a world axis in the frame of the base. */
+        const rm_real unit[3] = {rows[axis].x, rows[axis].y, rows[axis].z};
+        const int f = d->unknowns + 3 + axis, g = f + 3;
+        for (int i = 0; i < 3; i++) {
+            forces->end[i][f] = forces->cap[i][f] = unit[i];
+            forces->lever[i][f] = tip_length * unit[i];
+            forces->end[i][g] = w.end_force * unit[i];
+            forces->body[i][g] = w.body_force * unit[i];
+            forces->cap[i][g] = w.cap_force * unit[i];
+            forces->lever[i][g] = w.lever * unit[i];
+        }
+    }
+    if (d->unknowns == 6) {
+        set_follower_columns(tip_length, follower_scale(&at->free, a->body_length - a->stiff_tip), forces);
+    }
+    memset(&d->end, 0, sizeof d->end);
+    for (int k = 0; k < 3; k++) {
+        put_column(d->end.phi, d->unknowns + k, at->equilibrium.mount_slopes[k]);
+    }
 }
 
-/* Complete the derivatives of the equilibrium reached, with another shot if the last one did not integrate them. */
-static void differentiate(solve_state *at, const rm_options *options, derivatives *d)
+/* Nodes of a rod without loads, which was solved as one arc. */
+static void divide_arc(solve_state *at, int steps)
+{
+    const equilibrium *e = &at->equilibrium;
+    for (int n = 0; n <= steps; n++) {
+        rm_node *node = at->reached.nodes + n;
+        const rm_real part = (rm_real)n / (rm_real)steps;
+        const vec way = {R(0.0), R(0.0), part * e->length};
+        vec position;
+        const quat q = screw_by(e->mount, scale(part, at->reached.end.turn), way, &position);
+        memset(node, 0, sizeof *node);
+        put_vec(node->position, position);
+        node->quaternion[0] = q.w;
+        put_vec(node->quaternion + 1, q.v);
+        put_vec(node->turn, at->reached.end.turn);
+    }
+    at->steps = steps;
+}
+
+/* Derivatives by the inputs at fixed unknowns: a tip moment has no column. */
+RM_INLINE void by_inputs(const derivatives *d, const rm_real *columns, rm_real *found)
+{
+    const int n = d->unknowns;
+    for (int k = 0; k < d->inputs; k++) {
+        found[k] = k < 6 ? columns[n + k] : (k < 9 ? R(0.0) : columns[n + k - 3]);
+    }
+}
+
+/* Derivatives of the unknowns by the inputs, from those of the residual, by Gaussian elimination with partial
+ * pivoting. */
+static void solve_for_inputs(derivatives *d, rm_real (*missing)[RM_INPUTS])
+{
+    const int n = d->unknowns, inputs = d->inputs;
+    rm_real m[6][6];
+    for (int i = 0; i < n; i++) {
+        for (int k = 0; k < n; k++) {
+            m[i][k] = d->jacobian[i][k];
+        }
+    }
+    for (int k = 0; k < n; k++) {
+        int pivot = k;
+        for (int i = k + 1; i < n; i++) {
+            pivot = rm_abs(m[i][k]) > rm_abs(m[pivot][k]) ? i : pivot;
+        }
+        const rm_real scale_of_it = R(1.0) / m[pivot][k];
+        for (int j = 0; j < n; j++) {
+            const rm_real other = m[k][j];
+            m[k][j] = scale_of_it * m[pivot][j];
+            m[pivot][j] = pivot == k ? m[k][j] : other;
+        }
+        for (int j = 0; j < inputs; j++) {
+            const rm_real other = missing[k][j];
+            missing[k][j] = scale_of_it * missing[pivot][j];
+            missing[pivot][j] = pivot == k ? missing[k][j] : other;
+        }
+        for (int i = 0; i < n; i++) {
+            const rm_real factor = i == k ? R(0.0) : m[i][k];
+            for (int j = 0; j < n; j++) {
+                m[i][j] -= factor * m[k][j];
+            }
+            for (int j = 0; j < inputs; j++) {
+                missing[i][j] -= factor * missing[k][j];
+            }
+        }
+    }
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j < inputs; j++) {
+            d->by_input[i][j] = -missing[i][j];
+        }
+    }
+}
+
+/* Differentiate the equilibrium reached. */
+static void differentiate(solve_state *at, const rm_input *input, int steps, int by_loads, int keep, derivatives *d)
 {
     equilibrium e = at->equilibrium;
     reached_state *reached = &at->reached;
-    const int n = e.unknowns, steps = options->steps;
+    const int n = e.unknowns;
     const vec pull = pull_of(&e, reached->unknown);
     e.loads = scaled(&at->loads, at->loaded ? reached->load_fraction : R(0.0));
-    if (!d->is_done) {
-        rm_real correction[6];
-        shoot_driven(&e, &at->rod->domain, reached->unknown, steps, d, reached->nodes, &reached->end, correction);
+    prepare_derivatives(at, input, by_loads, keep, d);
+    if (!at->loaded) {
+        divide_arc(at, steps);
     }
-    at->steps = steps;
-    if (d->kept != NULL) {
-        variations *last = d->kept + 2 * steps;
-        section_state section;
-        vec drift;
-        last[0] = d->end;
-        rates_at(&e, R(1.0), reached->end.frame, reached->end.turn, pull, d->columns, 1, &d->forces, last, last + 1,
-                 NULL, &section, &drift);
+    march_end *end = &reached->end;
+    if (d->columns == 8) {
+        integrate_response(&e, pull, steps, 8, &d->forces, &d->end, d->kept, reached->nodes, end);
+    } else if (d->columns == 12) {
+        integrate_response(&e, pull, steps, 12, &d->forces, &d->end, d->kept, reached->nodes, end);
+    } else {
+        integrate_response(&e, pull, steps, 16, &d->forces, &d->end, d->kept, reached->nodes, end);
     }
+    imbalance_changes(&e, end, pull, n + d->inputs - (by_loads ? 3 : 0), &d->forces, d->end.phi, d->end.moment,
+                      d->jacobian);
 
-    /* Direct changes of the balance at the end with the pressures, through the law and the cap's offset. */
-    vec moments[3], stiffened[3];
-    const quat q = reached->end.frame;
+    /* Pressures move the cap aside as well. */
+    const quat q = end->frame;
     const vec push = add(into_body(q, e.loads.cap_force), into_body(q, pull));
-    linearise(e.section, scale(R(1.0) / e.length, reached->end.turn), 1);
-    slopes_by_pressure(e.section, no_vec(), moments, stiffened);
     for (int k = 0; k < 3; k++) {
-        const vec change = sub(moments[k], cross(e.offset_slopes[k], push));
-        d->jacobian[0][n + k] += change.x;
-        d->jacobian[1][n + k] += change.y;
-        d->jacobian[2][n + k] += change.z;
+        const vec change = cross(e.offset_slopes[k], push);
+        d->jacobian[0][n + k] -= change.x;
+        d->jacobian[1][n + k] -= change.y;
+        d->jacobian[2][n + k] -= change.z;
     }
-    for (int k = 0; k < d->inputs; k++) {
-        const int column = column_of_input(k, n);
-        rm_real right[6] = {R(0.0), R(0.0), R(0.0), R(0.0), R(0.0), R(0.0)}, by[6];
-        if (column >= 0) {
-            for (int i = 0; i < n; i++) {
-                right[i] = -d->jacobian[i][column];
-            }
-        } else {
-            const vec unit = {k == 6 ? R(1.0) : R(0.0), k == 7 ? R(1.0) : R(0.0), k == 8 ? R(1.0) : R(0.0)};
-            put_vec(right, into_body(q, mat_back(d->world, unit)));
+    rm_real missing[6][RM_INPUTS];
+    for (int i = 0; i < n; i++) {
+        by_inputs(d, d->jacobian[i], missing[i]);
+    }
+    if (by_loads) {
+        /* A tip moment enters only here. */
+        const mat frame = mat_product(d->world, mat_of_quat(q));
+        const vec columns[3] = {frame.a, frame.b, frame.c};
+        for (int i = 0; i < 3; i++) {
+            missing[i][6] = -columns[i].x;
+            missing[i][7] = -columns[i].y;
+            missing[i][8] = -columns[i].z;
         }
-        solve_small(d->jacobian, right, n, by);
-        for (int i = 0; i < n; i++) {
-            d->by_input[i][k] = by[i];
+    }
+    solve_for_inputs(d, missing);
+}
+
+/* Derivatives by the inputs of a number at a section, from its columns. */
+RM_INLINE void of_inputs(const derivatives *d, const rm_real *columns, rm_real *found)
+{
+    by_inputs(d, columns, found);
+    for (int x = 0; x < d->unknowns; x++) {
+        for (int k = 0; k < d->inputs; k++) {
+            found[k] += columns[x] * d->by_input[x][k];
         }
     }
 }
 
-/* Derivatives by the inputs from the columns' values at a section. */
-RM_INLINE void of_inputs(const derivatives *d, rm_real values[3][RM_MOST_COLUMNS], rm_real found[3][RM_INPUTS])
+/* Add the product of a matrix and rows of derivatives. */
+RM_INLINE void add_product(const derivatives *d, mat m, rm_real (*rows)[RM_INPUTS], rm_real *found)
 {
+    rm_real entries[3][3];
+    matrix_rows(entries, m);
     for (int i = 0; i < 3; i++) {
         for (int k = 0; k < d->inputs; k++) {
-            const int column = column_of_input(k, d->unknowns);
-            rm_real sum = column >= 0 ? values[i][column] : R(0.0);
-            for (int x = 0; x < d->unknowns; x++) {
-                sum += values[i][x] * d->by_input[x][k];
-            }
-            found[i][k] = sum;
+            found[RM_INPUTS * i + k] +=
+                entries[i][0] * rows[0][k] + entries[i][1] * rows[1][k] + entries[i][2] * rows[2][k];
         }
     }
 }
 
 /* Derivatives, in the world frame, of the section's turn and of a point at `arm` from the section, in its frame. The
  * arm includes `share` of the cap's offset. */
-static void put_pose_change(const solve_state *at, const derivatives *d, variations *v, quat q, vec arm,
+static void put_pose_change(const solve_state *at, const derivatives *d, const response *v, quat q, vec arm,
                             rm_real share, rm_real *positions, rm_real *turns)
 {
-    rm_real phi[3][RM_INPUTS], shift[3][RM_INPUTS];
-    of_inputs(d, v->phi, phi);
-    of_inputs(d, v->shift, shift);
-    for (int k = 0; k < d->inputs; k++) {
-        const vec p = {phi[0][k], phi[1][k], phi[2][k]}, s = {shift[0][k], shift[1][k], shift[2][k]};
-        vec change = cross(p, arm);
-        if (k < 3) {
-            change = along(change, share, at->equilibrium.offset_slopes[k]);
-        }
-        const vec position = mat_apply(d->world, along(out_of_body(q, change), at->equilibrium.length, s));
-        const vec turn = mat_apply(d->world, out_of_body(q, p));
-        positions[k] = position.x;
-        positions[RM_INPUTS + k] = position.y;
-        positions[2 * RM_INPUTS + k] = position.z;
-        turns[k] = turn.x;
-        turns[RM_INPUTS + k] = turn.y;
-        turns[2 * RM_INPUTS + k] = turn.z;
+    rm_real phi[3][RM_INPUTS], change[3][RM_INPUTS], shift[3][RM_INPUTS];
+    const mat frame = mat_product(d->world, mat_of_quat(q));
+    for (int i = 0; i < 3; i++) {
+        of_inputs(d, v->phi[i], phi[i]);
+        of_inputs(d, v->shift[i], shift[i]);
     }
+    for (int k = 0; k < d->inputs; k++) {
+        const vec p = {phi[0][k], phi[1][k], phi[2][k]};
+        vec c = cross(p, arm);
+        if (k < 3) {
+            c = along(c, share, at->equilibrium.offset_slopes[k]);
+        }
+        change[0][k] = c.x;
+        change[1][k] = c.y;
+        change[2][k] = c.z;
+    }
+    memset(positions, 0, 3 * RM_INPUTS * sizeof(rm_real));
+    memset(turns, 0, 3 * RM_INPUTS * sizeof(rm_real));
+    add_product(d, frame, phi, turns);
+    add_product(d, frame, change, positions);
+    add_product(d, mat_scale(at->equilibrium.length, d->world), shift, positions);
 }
 
 static void put_bend_change(const derivatives *d, const rm_solution *solution, vec tangent, rm_jacobian *jacobian)
@@ -142,8 +272,8 @@ static void put_stations_change(solve_state *at, const derivatives *d, int count
         const rm_real x = place - (rm_real)n, y = R(1.0) - x;
         const rm_real left = (R(1.0) + R(2.0) * x) * y * y, right = x * x * (R(3.0) - R(2.0) * x);
         const rm_real first = h * x * y * y, second = -h * x * x * y;
-        const variations *a = at->kept + 2 * n, *b = a + 2;
-        variations v;
+        const response *a = d->kept + 2 * n, *b = a + 2;
+        response v;
         for (int i = 0; i < 3; i++) {
             for (int c = 0; c < d->columns; c++) {
                 v.phi[i][c] = left * a[0].phi[i][c] + right * b[0].phi[i][c] + first * a[1].phi[i][c]
@@ -169,8 +299,7 @@ static int solve_with_jacobian(solve_state *at, const rm_rod *rod, const rm_inpu
     int result = RM_BAD_INPUT;
     if (is_good(input) && is_usable(options)) {
         begin(at, rod, input->pressure, options->steps, 1, 1, workspace);
-        prepare_derivatives(at, input, 1, count > 0, &d);
-        result = solve_begun(at, input, options, start, &d, solution);
+        result = solve_begun(at, input, options, start, solution);
     } else {
         fail(solution, RM_BAD_INPUT);
     }
@@ -180,7 +309,7 @@ static int solve_with_jacobian(solve_state *at, const rm_rod *rod, const rm_inpu
         fill_with_nan(turns, (size_t)count * 3 * RM_INPUTS);
         return result;
     }
-    differentiate(at, options, &d);
+    differentiate(at, input, options->steps, 1, count > 0, &d);
     solution->steps = at->steps;
     const vec cap = {at->equilibrium.offset.x, at->equilibrium.offset.y, at->equilibrium.tip_length};
     const quat q = at->reached.end.frame;
@@ -188,7 +317,6 @@ static int solve_with_jacobian(solve_state *at, const rm_rod *rod, const rm_inpu
     put_pose_change(at, &d, &d.end, q, cap, R(1.0), jacobian->position, jacobian->turn);
     put_bend_change(&d, solution, out_of_body(q, ahead), jacobian);
     if (count > 0) {
-        complete_nodes(at);
         put_stations_change(at, &d, count, arc_lengths, positions, turns);
     }
     return result;

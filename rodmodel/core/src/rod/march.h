@@ -3,20 +3,20 @@
  * With k1 ... k4 the values of u L at the stages of the classical Runge-Kutta method and h the step's part of the
  * length, the frames at the stages are R, R exp(h k1/2), R exp(h k2/2 + h^2 [k1, k2]/8) and R exp(h k3), and that at
  * the end R exp(h (k1 + 2 k2 + 2 k3 + k4)/6 + h^2 [k1, k4]/12) in se(3), with brackets of the pair (e3, u L). The shear
- * part of the position is summed with the same weights. Neighbouring solutions are integrated by the same Runge-Kutta
- * method in the body frame. Munthe-Kaas and Owren (1999), Phil. Trans. R. Soc. A 357, 957, sec. 4; brackets have the
+ * part of the position is summed with the same weights. Neighbouring solutions by the unknowns are integrated by the same
+ * Runge-Kutta method in the body frame. Munthe-Kaas and Owren (1999), Phil. Trans. R. Soc. A 357, 957, sec. 4; brackets have the
  * opposite sign here, as the frame is multiplied from the right. */
 #ifndef RM_MARCH_H
 #define RM_MARCH_H
 
-#include "equilibrium.h"
+#include "variations.h"
 
 /* End of an integration. */
 typedef struct {
     quat frame;
     vec turn;
     vec position;          /* r [m], base frame */
-    section_state section; /* section at the end; c phi'' and c phi''' of its ridges are kept if there are columns */
+    section_state section; /* section at the end */
     vec base_moment;       /* moment on the first section [N m] */
     rm_real moment_share;  /* largest moment over that of the domain, squared */
     rm_real roughness;     /* largest difference of u L between orders 4 and 2 within a step [rad] */
@@ -42,12 +42,6 @@ RM_INLINE mat divided(mat by, mat m)
     return found;
 }
 
-RM_INLINE vec column_of(rm_real rows[3][RM_MOST_COLUMNS], int column)
-{
-    const vec v = {rows[0][column], rows[1][column], rows[2][column]};
-    return v;
-}
-
 /* Turns of the first three neighbouring solutions, base frame. */
 RM_INLINE mat turns_of(variations *at, quat frame)
 {
@@ -56,51 +50,35 @@ RM_INLINE mat turns_of(variations *at, quat frame)
     return m;
 }
 
+/* Section at a curvature. With columns it comes from the law, whose expansion is written to `stored`, or from the
+ * expansion `before` of another stage, if there is one and it is near; without columns from the expansion in `stored`. */
+RM_INLINE section_state section_of_shot(const equilibrium *e, vec curvature, int columns, const expansion *before,
+                                        expansion *stored)
+{
+    if (columns == 0) {
+        return is_near(stored, curvature, e->nearby) ? expand(stored, curvature) : linearise(e->section, curvature, 0);
+    }
+    if (before != NULL && is_near(before, curvature, e->nearby)) {
+        *stored = *before;
+        return expand(before, curvature);
+    }
+    stored->curvature = curvature;
+    stored->section = linearise(e->section, curvature, 1);
+    third_derivatives(e->section, stored->third);
+    return stored->section;
+}
+
 RM_INLINE rm_real share_of(vec moment, const rm_domain *domain)
 {
     const rm_real b = domain->moment_max, t = domain->torque_max;
     return (moment.x * moment.x + moment.y * moment.y) / (b * b) + moment.z * moment.z / (t * t);
 }
 
-RM_INLINE void move_rows(rm_real (*to)[RM_MOST_COLUMNS], rm_real (*from)[RM_MOST_COLUMNS], rm_real by,
-                         rm_real (*rate)[RM_MOST_COLUMNS], int columns)
-{
-    for (int i = 0; i < 3; i++) {
-        for (int c = 0; c < columns; c += RM_BLOCK) {
-            PUT(to[i] + c, GET(from[i] + c) + by * GET(rate[i] + c));
-        }
-    }
-}
-
-RM_INLINE void move(variations *to, variations *from, rm_real by, variations *rate, int columns, int shifted)
-{
-    move_rows(to->phi, from->phi, by, rate->phi, columns);
-    move_rows(to->kappa, from->kappa, by, rate->kappa, columns);
-    if (shifted) {
-        move_rows(to->shift, from->shift, by, rate->shift, columns);
-    }
-}
-
-RM_INLINE void take(variations *to, const variations *from, int columns, int shifted)
-{
-    for (int i = 0; i < 3; i++) {
-        for (int c = 0; c < columns; c += RM_BLOCK) {
-            PUT(to->phi[i] + c, GET(from->phi[i] + c));
-            PUT(to->kappa[i] + c, GET(from->kappa[i] + c));
-            if (shifted) {
-                PUT(to->shift[i] + c, GET(from->shift[i] + c));
-            }
-        }
-    }
-}
-
-/* Integrate from base to end, with `columns` neighbouring solutions: `at` holds them at the base, and at the end on
- * return. If `driven`, they include the derivatives by pressures and loads, and changes of position. `kept`, if not
- * NULL, receives states and rates at the nodes. An integration with neighbouring solutions that are not driven writes
- * the law's expansions at every stage and at the end, 4 steps + 1, to `stored`; one without any reads them. */
+/* Integrate from base to end, with `columns` neighbouring solutions by the unknowns: `at` holds them at the base, and at
+ * the end on return. With columns the law's expansions at every stage and at the end, 4 steps + 1, are written to
+ * `stored`; without any they are read from there. */
 RM_INLINE void march(const equilibrium *e, const rm_domain *domain, vec turn, vec pull, int steps, int columns,
-                     int driven, const column_forces *forces, variations *at, variations *kept,
-                     expansion *stored, rm_node *nodes, march_end *end)
+                     const column_forces *forces, variations *at, expansion *stored, rm_node *nodes, march_end *end)
 {
     const rm_real h = R(1.0) / (rm_real)steps, length = e->length;
     quat q = e->mount;
@@ -115,10 +93,9 @@ RM_INLINE void march(const equilibrium *e, const rm_domain *domain, vec turn, ve
     for (int n = 0; n < steps; n++) {
         const rm_real fraction = h * (rm_real)n;
         variations rate, near, sum;
-        section_state s;
-        vec drift, drift_sum = no_vec(), turn_sum = no_vec(), rate_sum = no_vec(), k[4], rates[4];
+        vec drift_sum = no_vec(), turn_sum = no_vec(), rate_sum = no_vec(), k[4], rates[4];
 
-        take(&rate, at, columns, driven); /* overwritten before its first use: avoids a compiler's warning */
+        take(&rate, at, columns); /* overwritten before its first use: avoids a compiler's warning */
         for (int stage = 0; stage < 4; stage++) {
             const rm_real c = stage == 0 ? R(0.0) : (stage < 3 ? R(0.5) * h : h);
             const rm_real w = stage == 1 || stage == 2 ? R(2.0) : R(1.0);
@@ -131,11 +108,21 @@ RM_INLINE void march(const equilibrium *e, const rm_domain *domain, vec turn, ve
                 }
                 frame = turn_by(q, by);
                 k[stage] = along(turn, c, rates[stage - 1]);
-                move(&near, at, c, &rate, columns, driven);
+                move(&near, at, c, &rate, columns);
             }
-            rates[stage] = rates_at(e, fraction + c, frame, k[stage], pull, columns, driven, forces,
-                                    stage > 0 ? &near : at, &rate, stored == NULL ? NULL : stored + 4 * n + stage, &s,
-                                    &drift);
+            const vec u = scale(R(1.0) / length, k[stage]);
+            /* The second and the third stage lie close together, and so do the last one and the next step's first. */
+            expansion *const own = stored + 4 * n + stage;
+            const int has_near = stage == 2 || (stage == 0 && n > 0);
+            const section_state s = section_of_shot(e, u, columns, has_near ? own - 1 : NULL, own);
+            const balanced_section here = balance_section(e, fraction + c, frame, u, pull, &s);
+            const vec drift = out_of_body(frame, here.across);
+            rates[stage] = scale(length * length, here.slope);
+            if (columns > 0) {
+                linearised by;
+                linearise_rates(e, &here, frame, stiffening(own->third, here.slope), forces != NULL, &by);
+                rates_of_columns(&by, columns, forces, stage > 0 ? &near : at, &rate);
+            }
             if (stage == 0) {
                 if (n == 0) {
                     end->base_moment = s.moment;
@@ -148,15 +135,11 @@ RM_INLINE void march(const equilibrium *e, const rm_domain *domain, vec turn, ve
                 put_vec(nodes[n].turn, turn);
                 put_vec(nodes[n].rate, rates[0]);
                 put_vec(nodes[n].drift, drift);
-                if (kept != NULL) {
-                    kept[2 * n] = *at;
-                    kept[2 * n + 1] = rate;
-                }
             }
             turn_sum = along(turn_sum, w, k[stage]);
             rate_sum = along(rate_sum, w, rates[stage]);
             drift_sum = along(drift_sum, w, drift);
-            move(&sum, stage > 0 ? &sum : at, h * w * R(1.0 / 6.0), &rate, columns, driven);
+            move(&sum, stage > 0 ? &sum : at, h * w * R(1.0 / 6.0), &rate, columns);
         }
 
         const vec bracket = sub(k[0], k[3]);
@@ -174,7 +157,7 @@ RM_INLINE void march(const equilibrium *e, const rm_domain *domain, vec turn, ve
         const rm_real gone = length * h * (rm_real)(n + 1);
         end->longest_way = larger(end->longest_way, dot(r, r) / (gone * gone));
         if (columns > 0) {
-            take(at, &sum, columns, driven);
+            take(at, &sum, columns);
             const mat after = turns_of(at, q);
             if (n > 0) {
                 end->apart &= is_positive(divided(before, after));
@@ -182,15 +165,8 @@ RM_INLINE void march(const equilibrium *e, const rm_domain *domain, vec turn, ve
             before = after;
         }
     }
-    const vec u = scale(R(1.0) / length, turn);
-    expansion *const at_end = stored == NULL ? NULL : stored + 4 * steps;
-    const section_state last = columns > 0 || stored == NULL ? linearise(e->section, u, columns > 0)
-                                                             : linearise_near(e->section, u, at_end);
-    if (columns > 0 && stored != NULL) {
-        at_end->curvature = u;
-        at_end->section = last;
-        third_derivatives(e->section, at_end->third);
-    }
+    expansion *const at_end = stored + 4 * steps;
+    const section_state last = section_of_shot(e, scale(R(1.0) / length, turn), columns, at_end - 1, at_end);
     end->moment_share = larger(end->moment_share, share_of(last.moment, domain));
     end->convex &= sym_is_positive(last.stiffness);
     end->section = last;
@@ -218,9 +194,21 @@ RM_INLINE void imbalance_at(const equilibrium *e, const march_end *end, vec pull
     }
 }
 
-/* Derivatives of the residual by each neighbouring solution: (unknowns, RM_MOST_COLUMNS) by rows. */
+/* Changes of the moment at the end, from the columns' changes of u L there. */
+RM_INLINE void moments_of_columns(const equilibrium *e, const march_end *end, int columns, variations *at,
+                                  columns_of_rows moments)
+{
+    for (int c = 0; c < columns; c++) {
+        put_column(moments, c,
+                   scale(R(1.0) / e->length, sym_apply(end->section.stiffness, column_of(at->kappa, c))));
+    }
+}
+
+/* Derivatives of the residual by columns, from the turns and the changes of the moment at the end: (unknowns,
+ * RM_MOST_COLUMNS) by rows. */
 RM_INLINE void imbalance_changes(const equilibrium *e, const march_end *end, vec pull, int columns,
-                                 const column_forces *forces, variations *at, rm_real (*changes)[RM_MOST_COLUMNS])
+                                 const column_forces *forces, columns_of_rows turns, columns_of_rows moments,
+                                 rm_real (*changes)[RM_MOST_COLUMNS])
 {
     const resultants *l = &e->loads;
     const quat q = end->frame;
@@ -228,7 +216,7 @@ RM_INLINE void imbalance_changes(const equilibrium *e, const march_end *end, vec
     const vec lever = along(into_body(q, l->lever), e->tip_length, pulled);
     const vec push = add(into_body(q, l->cap_force), pulled);
     for (int c = 0; c < columns; c++) {
-        const vec phi = column_of(at->phi, c), kappa = column_of(at->kappa, c);
+        const vec phi = column_of(turns, c);
         vec dlever = cross(lever, phi), dpush = cross(push, phi), dpulled = cross(pulled, phi);
         if (forces != NULL) {
             const vec end_force = {forces->end[0][c], forces->end[1][c], forces->end[2][c]};
@@ -240,8 +228,7 @@ RM_INLINE void imbalance_changes(const equilibrium *e, const march_end *end, vec
                 dpulled = add(dpulled, into_body(q, end_force));
             }
         }
-        vec change = scale(R(1.0) / e->length, sym_apply(end->section.stiffness, kappa));
-        change = sub(sub(change, cross(moment, phi)), axis_cross(dlever));
+        vec change = sub(sub(column_of(moments, c), cross(moment, phi)), axis_cross(dlever));
         change = sub(change, cross(e->offset, dpush));
         changes[0][c] = change.x;
         changes[1][c] = change.y;

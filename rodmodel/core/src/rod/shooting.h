@@ -112,17 +112,6 @@ RM_INLINE int is_stable(const equilibrium *e, const march_end *end, variations *
     return end->apart & is_positive(divided(turns, moments));
 }
 
-RM_INLINE void start_columns(variations *at, int columns, int unknowns)
-{
-    for (int i = 0; i < 3; i++) {
-        for (int c = 0; c < columns; c++) {
-            at->phi[i][c] = R(0.0);
-            at->shift[i][c] = R(0.0);
-            at->kappa[i][c] = (c == i && c < unknowns) ? R(1.0) : R(0.0);
-        }
-    }
-}
-
 RM_INLINE vec pull_of(const equilibrium *e, const rm_real *unknown)
 {
     return e->unknowns == 6 ? vec_of(unknown + 3) : no_vec();
@@ -151,11 +140,13 @@ static void shoot_three(const equilibrium *e, const rm_domain *domain, const rm_
                         int *stable)
 {
     variations at;
+    columns_of_rows moments;
     rm_real missing[6];
-    start_columns(&at, 4, 3);
-    march(e, domain, vec_of(unknown), no_vec(), steps, 4, 0, NULL, &at, NULL, stored, nodes, end);
+    start_columns(&at, 3);
+    march(e, domain, vec_of(unknown), no_vec(), steps, 4, NULL, &at, stored, nodes, end);
     imbalance_at(e, end, no_vec(), missing);
-    imbalance_changes(e, end, no_vec(), 4, NULL, &at, jacobian);
+    moments_of_columns(e, end, 3, &at, moments);
+    imbalance_changes(e, end, no_vec(), 3, NULL, at.phi, moments, jacobian);
     *stable = is_stable(e, end, &at, jacobian, solve_small(jacobian, missing, 3, correction));
 }
 
@@ -164,15 +155,17 @@ static void shoot_six(const equilibrium *e, const rm_domain *domain, const rm_re
                       rm_real (*jacobian)[RM_MOST_COLUMNS], rm_real *correction, int *stable)
 {
     variations at;
+    columns_of_rows moments;
     column_forces forces;
     rm_real missing[6];
     const vec pull = vec_of(unknown + 3);
     memset(&forces, 0, sizeof forces);
     set_follower_columns(e->tip_length, scales[3], &forces);
-    start_columns(&at, 8, 3);
-    march(e, domain, vec_of(unknown), pull, steps, 8, 0, &forces, &at, NULL, stored, nodes, end);
+    start_columns(&at, 6);
+    march(e, domain, vec_of(unknown), pull, steps, 8, &forces, &at, stored, nodes, end);
     imbalance_at(e, end, pull, missing);
-    imbalance_changes(e, end, pull, 8, &forces, &at, jacobian);
+    moments_of_columns(e, end, 6, &at, moments);
+    imbalance_changes(e, end, pull, 6, &forces, at.phi, moments, jacobian);
     *stable = is_stable(e, end, &at, jacobian, solve_small(jacobian, missing, 6, correction));
 }
 
@@ -184,50 +177,9 @@ static void check(const equilibrium *e, const rm_domain *domain, const rm_real *
     variations none; /* not read: there are no columns */
     rm_real missing[6];
     const vec pull = pull_of(e, unknown);
-    march(e, domain, vec_of(unknown), pull, steps, 0, 0, NULL, &none, NULL, stored, nodes, end);
+    march(e, domain, vec_of(unknown), pull, steps, 0, NULL, &none, stored, nodes, end);
     imbalance_at(e, end, pull, missing);
     solve_small(jacobian, missing, e->unknowns, correction);
-}
-
-#define RM_INPUTS 12
-
-/* Neighbouring solutions by pressures, and by loads if there are 12 inputs, integrated in the last shot. */
-typedef struct {
-    variations end;                 /* neighbouring solutions at the end of the body */
-    variations *kept;               /* neighbouring solutions at the nodes, with their rates, or NULL */
-    column_forces forces;
-    rm_real jacobian[6][RM_MOST_COLUMNS]; /* derivative of the residual by the columns */
-    rm_real by_input[6][RM_INPUTS]; /* derivatives of the unknowns by the inputs */
-    int unknowns, columns, inputs;
-    int is_done;                    /* whether the last shot has integrated them */
-    mat world;                      /* frame of the base */
-} derivatives;
-
-/* Integrate with the neighbouring solutions by unknowns and inputs; set the Newton correction. */
-static void shoot_driven(const equilibrium *e, const rm_domain *domain, const rm_real *unknown, int steps,
-                         derivatives *d, rm_node *nodes, march_end *end, rm_real *correction)
-{
-    const int n = e->unknowns;
-    const vec turn = vec_of(unknown), pull = pull_of(e, unknown);
-    rm_real missing[6];
-    start_columns(&d->end, d->columns, 3);
-    for (int k = 0; k < 3; k++) {
-        d->end.phi[0][n + k] = e->mount_slopes[k].x;
-        d->end.phi[1][n + k] = e->mount_slopes[k].y;
-        d->end.phi[2][n + k] = e->mount_slopes[k].z;
-    }
-    if (d->columns == 8) {
-        march(e, domain, turn, pull, steps, 8, 1, &d->forces, &d->end, NULL, NULL, nodes, end);
-        imbalance_changes(e, end, pull, 8, &d->forces, &d->end, d->jacobian);
-    } else if (d->columns == 12) {
-        march(e, domain, turn, pull, steps, 12, 1, &d->forces, &d->end, d->kept, NULL, nodes, end);
-        imbalance_changes(e, end, pull, 12, &d->forces, &d->end, d->jacobian);
-    } else {
-        march(e, domain, turn, pull, steps, 16, 1, &d->forces, &d->end, d->kept, NULL, nodes, end);
-        imbalance_changes(e, end, pull, 16, &d->forces, &d->end, d->jacobian);
-    }
-    imbalance_at(e, end, pull, missing);
-    solve_small(d->jacobian, missing, n, correction);
 }
 
 RM_INLINE int is_resolved(const march_end *end)
@@ -279,11 +231,10 @@ RM_INLINE rm_real farthest(const rm_node *a, const rm_node *b, int steps)
 
 /* Solve for the equilibrium that the rod reaches from its free shape as the loads grow in proportion, or for the one
  * that Newton's method finds from `start`, if it is not NULL. If the full load cannot be reached, `reached` is the
- * equilibrium at the largest fraction that was. The last shot integrates the derivatives `d`, if it is not NULL. Sizes:
- * 4 steps + 1 expansions, twice steps + 1 nodes, two Jacobians. */
+ * equilibrium at the largest fraction that was. Sizes: 4 steps + 1 expansions, twice steps + 1 nodes, two Jacobians. */
 static void follow(const equilibrium *whole, const rm_domain *domain, vec free_curvature, const section_state *free,
                    const rm_real *start, const rm_options *options, expansion *stored, rm_node *first_nodes, rm_node *second_nodes,
-                   rm_real (*jacobians)[RM_MOST_COLUMNS], derivatives *d, reached_state *reached)
+                   rm_real (*jacobians)[RM_MOST_COLUMNS], reached_state *reached)
 {
     const int n = whole->unknowns, steps = options->steps;
     const sym flexibility = sym_inverse(free->stiffness);
@@ -324,12 +275,9 @@ static void follow(const equilibrium *whole, const rm_domain *domain, vec free_c
         /* The first guess needs only half the steps: its own error is larger than theirs. */
         const int rough = steps > 1 && reached->shots == 0 && !warm;
         const int taken = rough ? steps / 2 : steps;
-        const int driven = sure && d != NULL && target == R(1.0);
         march_end end;
         e.loads = scaled(&whole->loads, target);
-        if (driven) {
-            shoot_driven(&e, domain, guess, taken, d, spare, &end, correction);
-        } else if (sure) {
+        if (sure) {
             check(&e, domain, guess, taken, stored, spare, &end, tangent, correction);
         } else if (n == 3) {
             shoot_three(&e, domain, guess, taken, stored, spare, &end, tangent, correction, &stable);
@@ -368,9 +316,6 @@ static void follow(const equilibrium *whole, const rm_domain *domain, vec free_c
             reached->load_fraction = target;
             reached->load_steps++;
             reached->stable = holds;
-            if (d != NULL) {
-                d->is_done = driven;
-            }
         }
         if (!hopeful && !rough) {
             reached->outcome = good ? ARRIVED : (done && !resolved ? UNRESOLVED : (done && near ? UNSTABLE : DIVERGED));

@@ -3,6 +3,7 @@
 #define RM_SOLVE_H
 
 #include "kinematics.h"
+#include "volumes.h"
 
 /* Factor on the limits of the domain: a change of units rounds. */
 #define RM_SLACK R(1.000001)
@@ -23,7 +24,7 @@ typedef struct {
     rm_real *features;
     rm_real *lifts;       /* c phi' of ridges, summed over sections */
     rm_real *weights;     /* quadrature weights of the nodes */
-    variations *kept;     /* neighbouring solutions at the nodes, with their rates; NULL without a Jacobian */
+    rm_real *kept;        /* room for a Jacobian's columns at the nodes, with their rates; NULL without one */
     rm_real jacobians[12][RM_MOST_COLUMNS];
     reached_state reached;
     resultants loads;     /* full load, frame of the base */
@@ -39,7 +40,6 @@ RM_INLINE size_t aligned(size_t count)
 /* RM_WORKSPACE_SIZE counts on these sizes. */
 typedef char node_has_the_size_that_the_header_says[sizeof(rm_node) == RM_NODE_SIZE * sizeof(rm_real) ? 1 : -1];
 typedef char an_expansion_has_it[sizeof(expansion) == RM_EXPANSION_SIZE * sizeof(rm_real) ? 1 : -1];
-typedef char variations_have_it_too[2 * sizeof(variations) == RM_KEPT_SIZE * sizeof(rm_real) ? 1 : -1];
 
 static size_t workspace_size(const rm_rod *rod, int steps, int with_jacobian)
 {
@@ -67,7 +67,7 @@ static void begin(solve_state *at, const rm_rod *rod, const rm_real *pressure, i
     memory += (4 * (size_t)steps + 1) * (sizeof(expansion) / sizeof(rm_real));
     at->nodes[0] = (rm_node *)(void *)memory;
     at->nodes[1] = at->nodes[0] + steps + 1;
-    at->kept = with_jacobian ? (variations *)(void *)(at->nodes[1] + steps + 1) : NULL;
+    at->kept = with_jacobian ? (rm_real *)(at->nodes[1] + steps + 1) : NULL;
     at->free_curvature = find_free_curvature(&at->section, &at->free);
 }
 
@@ -149,8 +149,7 @@ static int fail(rm_solution *solution, int result)
 }
 
 /* Solve a valid input: set `equilibrium`, `reached` and its nodes; without loads an arc of one step. */
-static void equilibrate(solve_state *at, const rm_input *input, const rm_options *options, const rm_real *start,
-                        derivatives *d)
+static void equilibrate(solve_state *at, const rm_input *input, const rm_options *options, const rm_real *start)
 {
     const rm_actuator *a = &at->rod->actuator;
     const rm_domain *domain = &at->rod->domain;
@@ -163,6 +162,7 @@ static void equilibrate(solve_state *at, const rm_input *input, const rm_options
     e->tip_length = a->cap_length + a->stiff_tip;
     e->shear = a->shear_compliance;
     e->unknowns = (input->given & RM_FOLLOWER_FORCE) ? 6 : 3;
+    e->nearby = RM_NEARBY * rm_cbrt(options->tolerance) * at->section.law->curvature_scale;
     e->loads = at->loads = resultants_of(a, input);
     set_ends(e, a, input->pressure, at->free_curvature, &at->free);
     if (at->loaded) {
@@ -171,11 +171,11 @@ static void equilibrate(solve_state *at, const rm_input *input, const rm_options
             warm = is_finite(start[k]);
         }
         follow(e, domain, at->free_curvature, &at->free, warm ? start : NULL, options, at->expansions, at->nodes[0],
-               at->nodes[1], at->jacobians, d, reached);
+               at->nodes[1], at->jacobians, reached);
         if (warm && !(reached->load_fraction == R(1.0) && reached->stable)) {
             const int shots = reached->shots;
             follow(e, domain, at->free_curvature, &at->free, NULL, options, at->expansions, at->nodes[0],
-                   at->nodes[1], at->jacobians, d, reached);
+                   at->nodes[1], at->jacobians, reached);
             reached->shots += shots;
         }
         return;
@@ -364,82 +364,41 @@ static void complete_nodes(solve_state *at)
 {
     if (at->steps > 1 || at->loaded) {
         equilibrium e = at->equilibrium;
-        section_state section;
-        vec drift;
         rm_node *last = at->reached.nodes + at->steps;
         const march_end *end = &at->reached.end;
         e.loads = scaled(&at->loads, at->reached.load_fraction);
-        const vec rate = rates_at(&e, R(1.0), end->frame, end->turn, pull_of(&e, at->reached.unknown), 0, 0, NULL,
-                                  NULL, NULL, NULL, &section, &drift);
-        put_vec(last->rate, rate);
-        put_vec(last->drift, drift);
-    }
-}
-
-/* Set up the columns of the derivatives by pressures, with `by_loads` also by loads; `keep` keeps them at the nodes. */
-static void prepare_derivatives(const solve_state *at, const rm_input *input, int by_loads, int keep, derivatives *d)
-{
-    const rm_real identity[9] = {R(1.0), R(0.0), R(0.0), R(0.0), R(1.0), R(0.0), R(0.0), R(0.0), R(1.0)};
-    const rm_actuator *a = &at->rod->actuator;
-    const rm_real tip_length = a->cap_length + a->stiff_tip;
-    const weights w = weights_of(a);
-    column_forces *forces = &d->forces;
-    d->unknowns = (input->given & RM_FOLLOWER_FORCE) ? 6 : 3;
-    d->columns = d->unknowns == 6 ? 16 : (by_loads ? 12 : 8);
-    d->inputs = by_loads ? RM_INPUTS : 3;
-    d->kept = keep ? at->kept : NULL;
-    d->is_done = 0;
-    d->world = mat_of_rows(input->given & RM_BASE ? input->base_rotation : identity);
-    memset(forces, 0, sizeof *forces);
-    forces->pressures = d->unknowns;
-    const vec rows[3] = {{d->world.a.x, d->world.b.x, d->world.c.x},
-                         {d->world.a.y, d->world.b.y, d->world.c.y},
-                         {d->world.a.z, d->world.b.z, d->world.c.z}};
-    for (int axis = 0; axis < 3 && by_loads; axis++) {
-        /* Components of a world axis in the frame of the base. */
-        const rm_real unit[3] = {rows[axis].x, rows[axis].y, rows[axis].z};
-        const int f = d->unknowns + 3 + axis, g = f + 3;
-        for (int i = 0; i < 3; i++) {
-            forces->end[i][f] = forces->cap[i][f] = unit[i];
-            forces->lever[i][f] = tip_length * unit[i];
-            forces->end[i][g] = w.end_force * unit[i];
-            forces->body[i][g] = w.body_force * unit[i];
-            forces->cap[i][g] = w.cap_force * unit[i];
-            forces->lever[i][g] = w.lever * unit[i];
-        }
-    }
-    if (d->unknowns == 6) {
-        set_follower_columns(tip_length, follower_scale(&at->free, a->body_length - a->stiff_tip), forces);
+        const vec u = scale(R(1.0) / e.length, end->turn);
+        const section_state section = linearise(e.section, u, 0);
+        const balanced_section here =
+            balance_section(&e, R(1.0), end->frame, u, pull_of(&e, at->reached.unknown), &section);
+        put_vec(last->rate, scale(e.length * e.length, here.slope));
+        put_vec(last->drift, out_of_body(end->frame, here.across));
     }
 }
 
 /* If no load step succeeded, return to the rod without loads. */
-static void fall_back(solve_state *at, const rm_input *input, const rm_options *options, derivatives *d)
+static void fall_back(solve_state *at, const rm_input *input, const rm_options *options)
 {
     if (at->loaded && at->reached.load_fraction == R(0.0)) {
         rm_input bare = *input;
         const reached_state failed = at->reached;
         bare.given &= RM_BASE;
-        equilibrate(at, &bare, options, NULL, NULL);
+        equilibrate(at, &bare, options, NULL);
         at->reached.load_fraction = R(0.0);
         at->reached.outcome = failed.outcome == ARRIVED ? DIVERGED : failed.outcome;
         at->reached.shots = failed.shots;
-        if (d != NULL) {
-            /* Without a follower force there are fewer unknowns. */
-            prepare_derivatives(at, &bare, d->inputs == RM_INPUTS, d->kept != NULL, d);
-        }
     }
 }
 
-/* Solve after `begin`. The last shot may integrate the derivatives `d`, which may be NULL. */
+/* Solve after `begin`. */
 static int solve_begun(solve_state *at, const rm_input *input, const rm_options *options, const rm_real *start,
-                       derivatives *d, rm_solution *solution)
+                       rm_solution *solution)
 {
     if (!(is_finite(at->free_curvature.x) && is_finite(at->free_curvature.y) && is_finite(at->free_curvature.z))) {
         return fail(solution, RM_NOT_CONVERGED);
     }
-    equilibrate(at, input, options, start, d);
-    fall_back(at, input, options, d);
+    equilibrate(at, input, options, start);
+    fall_back(at, input, options);
     const int result = put_solution(at, input, options, solution);
     if (options->ask & RM_VOLUMES) {
         put_volumes(at, input->pressure, solution->chamber_volume);
@@ -454,7 +413,7 @@ static int solve(solve_state *at, const rm_rod *rod, const rm_input *input, cons
         return fail(solution, RM_BAD_INPUT);
     }
     begin(at, rod, input->pressure, options->steps, 0, options->ask & RM_VOLUMES, workspace);
-    return solve_begun(at, input, options, start, NULL, solution);
+    return solve_begun(at, input, options, start, solution);
 }
 
 static void copy_nodes(solve_state *at, rm_node *nodes)

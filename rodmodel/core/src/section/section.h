@@ -2,29 +2,12 @@
 #ifndef RM_SECTION_H
 #define RM_SECTION_H
 
-#include "vector.h"
+#include "contract.h"
 
 /* Longest Newton step for the free curvature, over the curvature scale. */
 #define RM_LONGEST R(0.2)
 /* Largest number of these steps. */
 #define RM_MOST_ROOT_STEPS 60
-
-#define RM_MOST_IMAGES 6
-
-/* Law contracted at a pressure. Its arrays over `total` ridges lie in the workspace. */
-typedef struct {
-    const rm_law *law;
-    int total;
-    rm_real *offsets;             /* b + e.h, for all images */
-    rm_real *offset_slopes;       /* (3, total): derivatives by the pressures [1/Pa], or NULL */
-    rm_real *bend;                /* -c phi''/4; written by `linearise` */
-    rm_real *jerk;                /* c phi''' */
-    rm_real moment_scale, stiffness_scale, third_scale;
-    vec slope;                    /* slope at these pressures */
-    vec slope_slopes[3];          /* its derivatives by the pressures [1/Pa] */
-    rm_real constant;
-    vec guess;                    /* the network's guess of the free curvature, over u_s */
-} contracted;
 
 typedef struct {
     vec moment;    /* dPi/du [N m] */
@@ -39,148 +22,20 @@ typedef struct {
     rm_real third[10];
 } expansion;
 
-/* Largest distance from an expansion at which it replaces the law, over the curvature scale; the stiffness' error is of
- * second order in it. */
-#define RM_NEARBY R(1e-3)
-
-#if RM_LANES > 1 && !defined(RM_REAL_FLOAT)
-typedef long long integers __attribute__((vector_size(RM_LANES * sizeof(long long))));
-
-/* tanh x = 1 - 2/(e^2x + 1), with an absolute error of one rounding; e^y = 2^n e^r with |r| <= ln 2 / 2. */
-RM_INLINE lanes tanh_of(lanes x)
+/* Moment and stiffness over their scales, from the sums of c phi' d and of -c phi'' d d / 4 over the ridges. */
+RM_INLINE section_state section_of_sums(const contracted *at, vec x, const rm_real *sums)
 {
-    const double to_integer = 6755399441055744.0; /* 1.5 2^52: adding it rounds a number to an integer */
-    lanes y = 2.0 * x;
-    y = (lanes)(((integers)y & (y < 40.0)) | ((integers)(y - y + 40.0) & (y >= 40.0)));
-    y = (lanes)(((integers)y & (y > -40.0)) | ((integers)(y - y - 40.0) & (y <= -40.0)));
-    const lanes shifted = y * 1.4426950408889634074 + to_integer, n = shifted - to_integer;
-    const lanes r = (y - n * 6.93147180369123816490e-1) - n * 1.90821492927058770002e-10;
-    lanes e = r * (1.0 / 6227020800.0) + 1.0 / 479001600.0;
-    e = e * r + 1.0 / 39916800.0;
-    e = e * r + 1.0 / 3628800.0;
-    e = e * r + 1.0 / 362880.0;
-    e = e * r + 1.0 / 40320.0;
-    e = e * r + 1.0 / 5040.0;
-    e = e * r + 1.0 / 720.0;
-    e = e * r + 1.0 / 120.0;
-    e = e * r + 1.0 / 24.0;
-    e = e * r + 1.0 / 6.0;
-    e = e * r + 0.5;
-    e = e * r + 1.0;
-    e = e * r + 1.0;
-    const integers exponent = ((integers)shifted << 52) + (1023LL << 52);
-    return 1.0 - 2.0 / (e * (lanes)exponent + 1.0);
-}
-#define RM_TANH_OF
-#endif
-
-/* Features h of an image: the scaled pressures q, then the hidden functions. */
-RM_INLINE void features_of(const rm_law *law, int image, const rm_real *pressure, rm_real *features)
-{
-    const int *order = law->orders + 3 * image;
-    const rm_real *biases = law->feature_biases + image * law->features;
-    const rm_real s = R(1.0) / law->pressure_scale;
-    const rm_real q[3] = {s * pressure[order[0]], s * pressure[order[1]], s * pressure[order[2]]};
-    rm_real *hidden = features + 3;
-    for (int k = 0; k < 3; k++) {
-        features[k] = q[k];
-    }
-    for (int f = 0; f < law->features; f++) {
-        const rm_real *w = law->feature_weights + 3 * f;
-        hidden[f] = w[0] * q[0] + w[1] * q[1] + w[2] * q[2] + biases[f];
-    }
-    int f = 0;
-#ifdef RM_TANH_OF
-    for (; f + RM_LANES <= law->features; f += RM_LANES) {
-        STORE(hidden + f, tanh_of(LOAD(hidden + f)));
-    }
-#endif
-    for (; f < law->features; f++) {
-        hidden[f] = rm_tanh(hidden[f]);
-    }
-}
-
-/* Contract a law at pressures. `features` holds 3 + features numbers, `arrays` images * ridges times 3, or times 6 with
- * slopes. */
-static void contract(const rm_law *law, const rm_real *pressure, int with_slopes, rm_real *features, rm_real *arrays,
-                     contracted *at)
-{
-    const int inputs = 3 + law->features, ridges = law->ridges, total = law->images * ridges;
-    at->law = law;
-    at->total = total;
-    at->offsets = arrays;
-    at->bend = at->offsets + total;
-    at->jerk = at->bend + total;
-    at->offset_slopes = with_slopes ? at->jerk + total : NULL;
-    at->moment_scale = law->energy_scale / law->curvature_scale;
-    at->stiffness_scale = at->moment_scale / law->curvature_scale;
-    at->third_scale = at->stiffness_scale / law->curvature_scale;
-
-    const rm_real s = R(1.0) / law->pressure_scale;
-    const vec q = scale(s, vec_of(pressure));
-    const vec b[3] = {vec_of(law->slope_by_pressure), vec_of(law->slope_by_pressure + 3),
-                      vec_of(law->slope_by_pressure + 6)};
-    at->slope = along(along(along(vec_of(law->slope), q.x, b[0]), q.y, b[1]), q.z, b[2]);
-    const vec c = {dot(vec_of(law->pressure_quadratic), q), dot(vec_of(law->pressure_quadratic + 3), q),
-                   dot(vec_of(law->pressure_quadratic + 6), q)};
-    at->constant = law->constant + R(0.5) * dot(c, q)
-                   - law->rest_volume / law->energy_scale * (pressure[0] + pressure[1] + pressure[2]);
-    at->guess = no_vec();
-    for (int k = 0; k < 3; k++) {
-        at->slope_slopes[k] = scale(s, b[k]);
-    }
-
-    for (int image = 0; image < law->images; image++) {
-        features_of(law, image, pressure, features);
-        const rm_real *rest = law->rest_features + image * law->features;
-        const rm_real *guess = law->guess + 3 * inputs * image;
-        vec way = no_vec();
-        for (int k = 0; k < inputs; k++) {
-            const rm_real change = k < 3 ? features[k] : features[k] - rest[k - 3];
-            at->constant += law->slopes[k] * change;
-            way.x += guess[k] * change;
-            way.y += guess[inputs + k] * change;
-            way.z += guess[2 * inputs + k] * change;
-        }
-        at->guess = add(at->guess, way);
-        rm_real *offsets = at->offsets + image * ridges;
-        for (int j = 0; j < ridges; j += RM_LANES) {
-            lanes first = LOAD(law->offsets + j), second = first - first;
-            int k = 0;
-            for (; k + 2 <= inputs; k += 2) {
-                first += features[k] * LOAD(law->mixing + k * ridges + j);
-                second += features[k + 1] * LOAD(law->mixing + (k + 1) * ridges + j);
-            }
-            if (k < inputs) {
-                first += features[k] * LOAD(law->mixing + k * ridges + j);
-            }
-            STORE(offsets + j, first + second);
-        }
-        if (with_slopes) {
-            const int *order = law->orders + 3 * image;
-            rm_real *slopes[3];
-            for (int k = 0; k < 3; k++) {
-                slopes[order[k]] = at->offset_slopes + order[k] * total + image * ridges;
-            }
-            for (int j = 0; j < ridges; j += RM_LANES) {
-                lanes by[3];
-                for (int k = 0; k < 3; k++) {
-                    by[k] = s * LOAD(law->mixing + k * ridges + j);
-                }
-                for (int f = 0; f < law->features; f++) {
-                    const rm_real *w = law->feature_weights + 3 * f;
-                    const rm_real h = features[3 + f], dh = s * (R(1.0) - h * h);
-                    const lanes e = LOAD(law->mixing + (3 + f) * ridges + j);
-                    for (int k = 0; k < 3; k++) {
-                        by[k] += (dh * w[k]) * e;
-                    }
-                }
-                for (int k = 0; k < 3; k++) {
-                    STORE(slopes[order[k]] + j, by[k]);
-                }
-            }
-        }
-    }
+    const rm_real *q = at->law->quadratic;
+    const sym a = {q[0], q[1], q[2], q[3], q[4], q[5]};
+    section_state found;
+    found.moment = add(add(at->slope, sym_apply(a, x)), vec_of(sums));
+    found.stiffness.xx = a.xx - R(4.0) * sums[3];
+    found.stiffness.xy = a.xy - R(4.0) * sums[4];
+    found.stiffness.xz = a.xz - R(4.0) * sums[5];
+    found.stiffness.yy = a.yy - R(4.0) * sums[6];
+    found.stiffness.yz = a.yz - R(4.0) * sums[7];
+    found.stiffness.zz = a.zz - R(4.0) * sums[8];
+    return found;
 }
 
 /* Moment and stiffness at x = u/u_s, both over their scales; `keep` stores c phi'' and c phi''' of the ridges.
@@ -216,17 +71,7 @@ RM_INLINE section_state linearise_scaled(const contracted *at, vec x, int keep)
     }
     rm_real sums[16];
     sum_lanes(parts, 9, sums);
-    const rm_real *q = law->quadratic;
-    const sym a = {q[0], q[1], q[2], q[3], q[4], q[5]};
-    section_state found;
-    found.moment = add(add(at->slope, sym_apply(a, x)), vec_of(sums));
-    found.stiffness.xx = a.xx - R(4.0) * sums[3];
-    found.stiffness.xy = a.xy - R(4.0) * sums[4];
-    found.stiffness.xz = a.xz - R(4.0) * sums[5];
-    found.stiffness.yy = a.yy - R(4.0) * sums[6];
-    found.stiffness.yz = a.yz - R(4.0) * sums[7];
-    found.stiffness.zz = a.zz - R(4.0) * sums[8];
-    return found;
+    return section_of_sums(at, x, sums);
 }
 
 RM_INLINE sym sym_scale(rm_real s, sym m)
@@ -235,13 +80,17 @@ RM_INLINE sym sym_scale(rm_real s, sym m)
     return found;
 }
 
+RM_INLINE section_state in_units(const contracted *at, section_state scaled)
+{
+    const section_state found = {scale(at->moment_scale, scaled.moment),
+                                 sym_scale(at->stiffness_scale, scaled.stiffness)};
+    return found;
+}
+
 /* Moment [N m] and stiffness [N m^2] at a curvature [1/m]. */
 RM_INLINE section_state linearise(const contracted *at, vec curvature, int keep)
 {
-    section_state found = linearise_scaled(at, scale(R(1.0) / at->law->curvature_scale, curvature), keep);
-    found.moment = scale(at->moment_scale, found.moment);
-    found.stiffness = sym_scale(at->stiffness_scale, found.stiffness);
-    return found;
+    return in_units(at, linearise_scaled(at, scale(R(1.0) / at->law->curvature_scale, curvature), keep));
 }
 
 /* Third derivatives [N m^3], after `linearise` with `keep`. */
@@ -287,13 +136,16 @@ RM_INLINE sym sym_add(sym a, sym b)
     return found;
 }
 
-/* Section at a curvature, from a nearby expansion, else from the law. */
-RM_INLINE section_state linearise_near(const contracted *at, vec curvature, const expansion *near)
+/* Return whether a curvature is at most `distance` from that of an expansion; false for a NaN. */
+RM_INLINE int is_near(const expansion *at, vec curvature, rm_real distance)
+{
+    return largest(sub(curvature, at->curvature)) <= distance;
+}
+
+/* Section at a curvature near that of an expansion. The moment's error is of third order in the distance. */
+RM_INLINE section_state expand(const expansion *near, vec curvature)
 {
     const vec way = sub(curvature, near->curvature);
-    if (!(largest(way) <= RM_NEARBY * at->law->curvature_scale)) {
-        return linearise(at, curvature, 0);
-    }
     const sym more = stiffening(near->third, way);
     section_state found = near->section;
     found.moment = add(found.moment, sym_apply(found.stiffness, way));
@@ -340,6 +192,45 @@ RM_INLINE sym slopes_by_pressure(const contracted *at, vec y, vec moment[3], vec
     return sym_scale(at->third_scale, found);
 }
 
+/* Section at a curvature [1/m], and the derivatives of its moment by the pressures [N m/Pa]. */
+RM_INLINE section_state linearise_by_pressure(const contracted *at, vec curvature, vec by_pressure[3])
+{
+    const rm_law *law = at->law;
+    const int total = at->total;
+    const rm_real *dx = law->directions, *dy = dx + total, *dz = dy + total;
+    const vec x = scale(R(1.0) / law->curvature_scale, curvature);
+    lanes parts[24];
+    memset(parts, 0, sizeof parts);
+    for (int j = 0; j < total; j += RM_LANES) {
+        const lanes a = LOAD(dx + j), b = LOAD(dy + j), c = LOAD(dz + j);
+        const lanes z = LOAD(at->offsets + j) + x.x * a + x.y * b + x.z * c;
+        const lanes r = inverse_of(R(1.0) + z * z);
+        const lanes lift = LOAD(law->weights + j) * r * r, bend = z * lift * r;
+        const lanes ba = bend * a, bb = bend * b, bc = bend * c;
+        parts[0] += lift * a;
+        parts[1] += lift * b;
+        parts[2] += lift * c;
+        parts[3] += ba * a;
+        parts[4] += ba * b;
+        parts[5] += ba * c;
+        parts[6] += bb * b;
+        parts[7] += bb * c;
+        parts[8] += bc * c;
+        for (int k = 0; k < 3; k++) {
+            const lanes e = LOAD(at->offset_slopes + k * total + j);
+            parts[9 + 3 * k] += ba * e;
+            parts[10 + 3 * k] += bb * e;
+            parts[11 + 3 * k] += bc * e;
+        }
+    }
+    rm_real sums[24];
+    sum_lanes(parts, 18, sums);
+    for (int k = 0; k < 3; k++) {
+        by_pressure[k] = scale(at->moment_scale, along(at->slope_slopes[k], R(-4.0), vec_of(sums + 9 + 3 * k)));
+    }
+    return in_units(at, section_of_sums(at, x, sums));
+}
+
 /* Root of the moment near the guess [1/m], by Newton's method with limited steps; NaN if none is found. Sets the
  * section there, with c phi'' and c phi''' of its ridges kept. */
 static vec find_free_curvature(const contracted *at, section_state *section)
@@ -364,75 +255,6 @@ static vec find_free_curvature(const contracted *at, section_state *section)
     section->moment = none;
     *section = linearise(at, none, 1);
     return none;
-}
-
-/* Sum of c phi over the ridges, phi = (z/(1 + z^2) + arctan z)/2. */
-RM_INLINE rm_real ridge_energy(const contracted *at, vec x)
-{
-    const rm_law *law = at->law;
-    const int total = at->total;
-    const rm_real *dx = law->directions, *dy = dx + total, *dz = dy + total;
-    rm_real sum = R(0.0);
-    for (int j = 0; j < total; j++) {
-        const rm_real z = at->offsets[j] + x.x * dx[j] + x.y * dy[j] + x.z * dz[j];
-        sum += law->weights[j] * R(0.5) * (z / (R(1.0) + z * z) + rm_atan(z));
-    }
-    return sum;
-}
-
-/* Add c phi' of every ridge at a curvature [1/m], times a factor, to an array. */
-RM_INLINE void add_lifts(const contracted *at, vec curvature, rm_real factor, rm_real *lifts)
-{
-    const rm_law *law = at->law;
-    const int total = at->total;
-    const rm_real *dx = law->directions, *dy = dx + total, *dz = dy + total;
-    const vec x = scale(R(1.0) / law->curvature_scale, curvature);
-    for (int j = 0; j < total; j += RM_LANES) {
-        const lanes z = LOAD(at->offsets + j) + x.x * LOAD(dx + j) + x.y * LOAD(dy + j) + x.z * LOAD(dz + j);
-        const lanes r = inverse_of(R(1.0) + z * z);
-        STORE(lifts + j, LOAD(lifts + j) + factor * LOAD(law->weights + j) * r * r);
-    }
-}
-
-/* Chamber volumes per length, summed over sections with factors, from three sums over the sections: the lifts, the
- * factors, and the factors times curvatures. */
-static void volumes_of(const contracted *at, const rm_real *pressure, const rm_real *lifts, rm_real factors,
-                       vec curvatures, rm_real *features, rm_real volume[3])
-{
-    const rm_law *law = at->law;
-    const int inputs = 3 + law->features, ridges = law->ridges;
-    const rm_real s = R(1.0) / law->pressure_scale;
-    const vec x = scale(R(1.0) / law->curvature_scale, curvatures), q = scale(s, vec_of(pressure));
-    for (int k = 0; k < 3; k++) {
-        const rm_real slope = dot(vec_of(law->slope_by_pressure + 3 * k), x)
-                              + factors * dot(vec_of(law->pressure_quadratic + 3 * k), q);
-        volume[k] = factors * law->rest_volume - law->energy_scale * s * slope;
-    }
-    for (int image = 0; image < law->images; image++) {
-        const int *order = law->orders + 3 * image;
-        features_of(law, image, pressure, features);
-        rm_real by[3] = {R(0.0), R(0.0), R(0.0)};
-        for (int n = 0; n < inputs; n++) {
-            lanes part = LOAD(lifts + image * ridges) - LOAD(lifts + image * ridges);
-            for (int j = 0; j < ridges; j += RM_LANES) {
-                part += LOAD(lifts + image * ridges + j) * LOAD(law->mixing + n * ridges + j);
-            }
-            rm_real sum;
-            sum_lanes(&part, 1, &sum);
-            const rm_real lift = sum + factors * law->slopes[n];
-            if (n < 3) {
-                by[n] += lift;
-            } else {
-                const rm_real h = features[n], *w = law->feature_weights + 3 * (n - 3);
-                for (int k = 0; k < 3; k++) {
-                    by[k] += lift * (R(1.0) - h * h) * w[k];
-                }
-            }
-        }
-        for (int k = 0; k < 3; k++) {
-            volume[order[k]] -= law->energy_scale * s * by[k];
-        }
-    }
 }
 
 #endif

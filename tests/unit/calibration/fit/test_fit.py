@@ -28,6 +28,7 @@ from calibration.fit.pipeline import (
     PRIOR,
     PRIOR_NEAR,
     PRIOR_NEAR_SEVERAL,
+    is_written_out,
     metric_in,
     rounded,
     symmetry_of,
@@ -35,7 +36,7 @@ from calibration.fit.pipeline import (
 from calibration.fit.samples import metric
 from calibration.studies.other_laws import _Contracted
 from calibration.sweep import attributes, inside
-from rodmodel import Domain, SectionLaw
+from rodmodel import Domain, SectionLaw, unfolded
 
 LENGTH = 0.06
 MOMENT_MAX = 2e-3
@@ -209,10 +210,14 @@ def short(dataset, short_trials):
 
 @pytest.mark.slow
 def test_a_law_of_another_winding_gives_the_fit_its_size_and_start(dataset):
-    """Of full symmetry, it has three times the ridges where only the mirror is left."""
+    """Of full symmetry, it has three times the ridges where only the mirror is left.
+
+    They mix the features of their own image, by the numbers that the law had.
+    """
     near = begin_near(law_of("full"), attributes(dataset))
     outcome = fit_and_judge(dataset, **{**SHORT, "iterations": 30}, near=[near])
     assert outcome.good, outcome.complaint
+    np.testing.assert_array_equal(outcome.law.mixing, rounded(near).mixing)
     assert outcome.law.symmetry == "mirror"
     assert (outcome.training["ridges"], outcome.training["features"]) == (18, 15)
     assert outcome.training["prior"] == PRIOR_NEAR
@@ -220,6 +225,19 @@ def test_a_law_of_another_winding_gives_the_fit_its_size_and_start(dataset):
     assert alone.training["prior"] == PRIOR
     angle = outcome.error["free_bending_angle_rad"]
     assert angle["p95"] < 0.02 * angle["range"]
+
+
+def test_frozen_numbers_stay_and_the_others_are_fitted(some):
+    law = law_of("none")
+    found = fit(law, some, scales_of(some), 3, frozen=("mixing",))
+    np.testing.assert_array_equal(found.law.mixing, law.mixing)
+    assert np.all(found.law.directions != law.directions)
+    assert found.loss < 0.5 * loss_of(law, some)
+
+
+def test_only_laws_with_images_written_out_keep_their_mixing():
+    assert is_written_out(unfolded(law_of("full"), "none"))
+    assert not any(is_written_out(law_of(symmetry)) for symmetry in ("none", "mirror", "full"))
 
 
 def test_laws_that_cannot_become_those_of_a_section_are_refused():

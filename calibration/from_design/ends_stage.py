@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, replace
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from calibration.ends import PARAMETERS, Ends, fit_compliance, fit_ends
@@ -11,7 +12,7 @@ from calibration.from_design.near_law import NearLaw
 from calibration.sweep import usual_end_compliance
 from calibration.truth import TruthError, free_states
 from fem_reference import Design
-from rodmodel import Calibration
+from rodmodel import Calibration, Domain
 
 # Fitted compliances beyond this multiple of the usual one are taken for a failed fit.
 _MOST = 4.0
@@ -43,13 +44,18 @@ def end_compliance(design: Design, runs: xr.Dataset) -> dict[str, Any]:
     return {"value": usual, "from": "similar actuators", "fit": asdict(found)}
 
 
-def ends_of(design: Design, runs: xr.Dataset, compliance: float) -> Ends | None:
-    """Return the ends that fit the runs, see `fit_ends`; None with fewer than two fit runs."""
+def ends_of(design: Design, runs: xr.Dataset, compliance: float, domain: Domain) -> Ends | None:
+    """Return the ends that fit the runs' states in a law's domain, see `fit_ends`.
+
+    Beyond it the section has given way, and ends would be fitted to what it does there. None with states of
+    fewer than two fit runs.
+    """
     geometry = design.geometry
-    usable = free_states(runs) & (runs["role"].values == "fit")
+    inside = np.asarray(domain.covers_pressure(runs["pressure"].values.T))
+    usable = free_states(runs) & (runs["role"].values == "fit") & inside
     if len(set(runs["case"].values[usable])) < _FEWEST:
         return None
-    return fit_ends(runs, geometry.body_length, geometry.cap_length, compliance)
+    return fit_ends(runs.isel(state=usable), geometry.body_length, geometry.cap_length, compliance)
 
 
 def with_ends(

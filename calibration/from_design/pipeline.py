@@ -248,10 +248,13 @@ def _ended(
 ) -> Calibration:
     """Return the law with ends: fitted, or those of the most similar shipped calibration."""
     first = near[0] if near else None
-    ends = None if begun.runs is None else ends_of(task.design, begun.runs, begun.compliance["value"])
+    ends, compliance = None, begun.compliance["value"]
+    if begun.runs is not None:
+        ends = ends_of(task.design, begun.runs, compliance, law.domain)
     if ends is None and begun.runs is not None:
         notes.append(
-            "Too few fit runs of the full actuator: the ends are those of the most similar calibration."
+            "Too few fit runs of the full actuator in the domain: the ends are those of the most similar "
+            "calibration."
         )
     if ends is not None and (ends.after > ends.before or ends.turn_after > ends.turn_before):
         notes.append(

@@ -11,7 +11,7 @@ from calibration.from_design import ends_stage as stage
 from calibration.from_design.near_law import near_laws
 from calibration.sweep import usual_end_compliance
 from fem_reference import Design
-from rodmodel import Layout, shipped_calibrations
+from rodmodel import Domain, Layout, shipped_calibrations
 
 OWN = next(c for c in shipped_calibrations() if c.layout == Layout("double-helix", 0.0, 3e-3))
 NOTHING = xr.Dataset()
@@ -49,15 +49,27 @@ def test_without_fit_runs_the_ends_are_those_of_the_most_similar_calibration():
     assert made.bound is None
 
 
-def test_one_fit_run_is_too_few():
-    runs = xr.Dataset(
-        {
-            "tip_force": (("state", "axis"), np.zeros((2, 3))),
-            "gravity": (("state", "axis"), np.zeros((2, 3))),
-            "stable": (("state",), np.ones(2, dtype=int)),
-            "jumped": (("state",), np.zeros(2)),
-            "case": (("state",), np.array(["fit-one", "judge-one"], dtype=object)),
-            "role": (("state",), np.array(["fit", "judge"], dtype=object)),
-        }
-    )
-    assert stage.ends_of(Design(), runs, 0.23e-3) is None
+def test_one_fit_run_in_the_domain_is_too_few(monkeypatch: pytest.MonkeyPatch):
+    """States beyond the law's domain tell of a section that has given way."""
+    seen: list[list[str]] = []
+    monkeypatch.setattr(stage, "fit_ends", lambda runs, *_: seen.append(runs["case"].values.tolist()))
+
+    def runs(second: float) -> xr.Dataset:
+        pressures = [10e3, second, 80e3, 10e3]
+        return xr.Dataset(
+            {
+                "pressure": (("state", "chamber"), np.outer(pressures, [1.0, 0.0, 0.0])),
+                "tip_force": (("state", "axis"), np.zeros((4, 3))),
+                "gravity": (("state", "axis"), np.zeros((4, 3))),
+                "stable": (("state",), np.ones(4, dtype=int)),
+                "jumped": (("state",), np.zeros(4)),
+                "case": (("state",), np.array(["fit-one", "fit-two", "fit-two", "judge-one"], dtype=object)),
+                "role": (("state",), np.array(["fit", "fit", "fit", "judge"], dtype=object)),
+            }
+        )
+
+    domain = Domain((50e3, 50e3, 50e3), 80e3, 2e-3)
+    assert stage.ends_of(Design(), runs(60e3), 0.23e-3, domain) is None
+    assert not seen
+    stage.ends_of(Design(), runs(40e3), 0.23e-3, domain)
+    assert seen == [["fit-one", "fit-two"]]

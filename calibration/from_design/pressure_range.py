@@ -19,9 +19,10 @@ from calibration.from_design.stage_record import StageError, kept, on_file
 from calibration.from_design.task import Task
 from calibration.processes import Job, JobError, run_jobs
 from calibration.progress import progress_bar
-from calibration.sweep import usual_end_compliance, usual_moments
+from calibration.sweep import steps_over_a_snap, usual_end_compliance, usual_moments
 from fem_reference import CellError, CellState, Design, Load, PeriodCell, design_text, follow, level_record
 from fem_reference.cell import stretch_beyond_tests
+from fem_reference.geometry import Units
 from rodmodel import Domain
 
 Trace = Callable[[Any, CellState | None], Iterator[CellState]]
@@ -227,6 +228,8 @@ def path_end(
             seconds.append(time.monotonic() - clock)
             clock = time.monotonic()
             why = good(state)
+            if why is None and states and steps_over_a_snap(trace, states[-1], state, design.units):
+                why = STABILITY, "the walls snap"
             if why is not None:
                 break
             states.append(state)
@@ -243,7 +246,7 @@ def path_end(
         raise StageError(
             f"range: {title_of(chambers)}: {why[1]} below {1e-3 * step:.3g} kPa, expected a body that bends"
         )
-    _approach(trace, chambers, states, step, good)
+    _approach(trace, chambers, states, step, good, design.units)
     return ended(states[-1].bending(length)[0], *why, _pressure(states[-1], chambers))
 
 
@@ -253,6 +256,7 @@ def _approach(
     states: list[CellState],
     step: float,
     good: Callable[[CellState], object],
+    units: Units,
 ) -> None:
     """Add states nearer to the end of a path, by bisection of its last step."""
     for _ in range(_HALVINGS):
@@ -260,9 +264,10 @@ def _approach(
         tried = _load(_pressure(states[-1], chambers) + step, chambers)
         try:
             state = next(iter(trace([tried], states[-1])))
+            snaps = steps_over_a_snap(trace, states[-1], state, units)
         except CellError:
             continue
-        if good(state) is None:
+        if good(state) is None and not snaps:
             states.append(state)
 
 

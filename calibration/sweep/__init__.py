@@ -24,3 +24,4 @@ from calibration.sweep.run_directory import whole_material as whole_material
 from calibration.sweep.run_schema import domain_of_run as domain_of_run
 from calibration.sweep.sweep import run_sweep as run_sweep
 from calibration.sweep.tracing import CellTracer as CellTracer
+from calibration.sweep.tracing import steps_over_a_snap as steps_over_a_snap

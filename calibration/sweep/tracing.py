@@ -191,6 +191,28 @@ def _with_states_between(
     yield from _with_states_between(trace, middle, reached, most, halvings - 1)
 
 
+def steps_over_a_snap(trace: Trace, before: CellState, after: CellState, units: Units = SI) -> bool:
+    """Return whether a step of a continuation led to another branch; see `trace_path`.
+
+    Parameters
+    ----------
+    trace : continuation of the cell.
+    before, after : states at the step's ends.
+    units : of the body.
+
+    Raises
+    ------
+    fem_reference.CellError
+        If a state between the two does not converge.
+    """
+    try:
+        for _ in _with_states_between(trace, before, after, UNEXPLAINED * units.metre, HALVINGS):
+            pass
+    except _SnapError:
+        return True
+    return False
+
+
 def unexplained(before: CellState, after: CellState) -> float:
     """Return the change of curvature between two states that their mean Hessian does not explain [1/m]."""
     hessian = 0.5 * (before.hessian + after.hessian)

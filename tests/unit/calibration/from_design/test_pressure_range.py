@@ -53,6 +53,13 @@ def test_a_path_ends_where_walls_lose_their_balance():
     assert found.angle == pytest.approx(angle(found.pressure, (1,)), rel=1e-6)
 
 
+def test_a_path_ends_where_a_step_leads_to_another_branch():
+    """To states that are stable, and that the continuation did not say it had jumped to."""
+    found = end_of(silent_snap_beyond=33.5e3)
+    assert (found.reason, found.detail) == (stage.STABILITY, "the walls snap")
+    assert 33.5e3 - STEP / 4 <= found.pressure <= 33.5e3
+
+
 def test_a_path_ends_where_a_state_is_not_stable():
     found = end_of((1, 2), saddle_beyond=50e3)
     assert found.reason == stage.STABILITY

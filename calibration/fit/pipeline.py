@@ -125,15 +125,19 @@ def symmetry_of(run: dict[str, Any]) -> str:
 def begin_near(law: AnyLaw, run: dict[str, Any]) -> AnyLaw:
     """Return the law of another winding with the symmetry of a run's section, as an initial law.
 
+    One of all orientations is taken at the ψ of the run.
+
     Raises
     ------
     ValueError
-        If it is less symmetric than the run's section, or of all orientations for a run of a single one.
+        If it is less symmetric than the run's section, or of all orientations for a run of a winding without.
     """
     if isinstance(law, OrientedNetwork):
-        if "orientations" not in run:
-            raise ValueError("a law of all orientations, expected one of a single orientation")
-        return law
+        if "orientations" in run:
+            return law
+        if "psi" not in run.get("winding", {}):
+            raise ValueError("a law of all orientations, expected one of a winding that has none")
+        return unfolded(law.at_psi(run["winding"]["psi"]), symmetry_of(run))
     if not isinstance(law, RidgeNetwork):
         raise ValueError(f"a {type(law).__name__}, expected a network of ridges")
     if "orientations" in run:

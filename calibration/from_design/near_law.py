@@ -53,19 +53,24 @@ def near_laws(design: Design, known: Sequence[Calibration] | None = None) -> tup
     Parameters
     ----------
     design : actuator.
-    known : calibrations of a single orientation are considered; by default of those that ship.
+    known : calibrations to choose from; by default those that ship. One of all orientations is that of a
+        double helix at the design's ψ.
     """
     from calibration.truth import title
 
     found = []
     for calibration in shipped_calibrations() if known is None else known:
-        if calibration.layout.psi is None or calibration.law.is_adjusted:
+        oriented = calibration.layout.psi is None
+        if calibration.law.is_adjusted or (oriented and not isinstance(design.winding, DoubleHelix)):
             continue
-        source = design_of(calibration)
+        source = design_of(calibration, design)
         its = similarity(design, source)
         made = scaled(calibration, its.scale, calibration.provenance)
         found.append(NearLaw(made, title(calibration.layout), _deviations(design, source, its)))
-    return tuple(sorted(found, key=lambda near: near.distance))
+    # Of equally similar ones that of a single orientation is the more accurate.
+    return tuple(
+        sorted(found, key=lambda near: (round(near.distance, 9), near.calibration.layout.psi is None))
+    )
 
 
 def _deviations(design: Design, source: Design, its: Similarity) -> dict[str, float]:

@@ -242,14 +242,33 @@ def test_only_laws_with_images_written_out_keep_their_mixing():
 
 def test_laws_that_cannot_become_those_of_a_section_are_refused():
     run = {"layout": "double-helix", "mirror": True}
+    anywhere = initial_oriented(SCALES, 4, 4, seed=0)
     with pytest.raises(ValueError, match="all orientations"):
-        begin_near(initial_oriented(SCALES, 4, 4, seed=0), run)
+        begin_near(anywhere, run)
+    # At a single ψ each of its images has biases of its own, and a mirror would make two of them equal.
+    with pytest.raises(ValueError, match="biases for each image"):
+        begin_near(anywhere, {**run, "winding": {"psi": 0.0, "pitch": 3e-3}})
     with pytest.raises(ValueError, match="symmetry"):
         begin_near(law_of("none"), run)
     with pytest.raises(ValueError, match="Manufactured, expected a network of ridges"):
         begin_near(Manufactured(jnp.zeros(3)), run)
     oriented = begin_near(law_of("full"), {**run, "mirror": False, "orientations": [0.0, 0.5]})
     assert begin_near(oriented, {**run, "orientations": [0.0, 0.5]}) is oriented
+
+
+def test_a_law_of_all_orientations_is_near_that_of_one():
+    """It begins as the same potential."""
+    run = {"layout": "double-helix", "mirror": False, "winding": {"psi": 0.4, "pitch": 3e-3}}
+    anywhere = initial_oriented(SCALES, 4, 4, seed=0)
+    law, here = begin_near(anywhere, run), anywhere.at_psi(0.4)
+    assert (law.symmetry, law.offsets.size) == ("none", 24)
+    assert is_written_out(law)
+    for curvature, pressure in (
+        ([3.0, -7.0, 2.0], [30e3, 10e3, 0.0]),
+        ([-20.0, 5.0, -1.0], [0.0, 5e3, 40e3]),
+    ):
+        u, p = jnp.array(curvature), jnp.array(pressure)
+        np.testing.assert_allclose(law.contracted(p).energy(u), here.contracted(p).energy(u), rtol=1e-12)
 
 
 def test_held_out_states_do_not_train(dataset, short):

@@ -34,10 +34,11 @@ def test_the_law_of_a_similar_design_is_its_own():
     ("winding", "title"),
     [
         (Ring(), "ring, pitch 3 mm"),
-        (DoubleHelix(psi=math.radians(80.0)), "double-helix, pitch 3 mm, ψ = 90°"),
+        (DoubleHelix(psi=math.radians(80.0)), "double-helix, pitch 3 mm, any ψ"),
+        (DoubleHelix(psi=math.radians(90.0)), "double-helix, pitch 3 mm, ψ = 90°"),
         (DoubleHelix(pitch=5.2e-3), "double-helix, pitch 6 mm, ψ = 0°"),
         # Half a turn is a shift along the rod.
-        (DoubleHelix(psi=math.radians(195.0)), "double-helix, pitch 3 mm, ψ = 12°"),
+        (DoubleHelix(psi=math.radians(192.0)), "double-helix, pitch 3 mm, ψ = 12°"),
     ],
 )
 def test_the_most_similar_winding_comes_first(winding, title):

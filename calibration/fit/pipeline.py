@@ -146,16 +146,6 @@ def begin_near(law: AnyLaw, run: dict[str, Any]) -> AnyLaw:
     return unfolded(law, symmetry_of(run))
 
 
-def is_written_out(law: AnyLaw) -> bool:
-    """Return whether a law is one of more symmetry, with its images written out as more ridges.
-
-    Each image's ridges mix the features of that image alone. The numbers of that mixing would be many times
-    those that the states of a sweep tell apart, so a fit near such a law keeps them: what it trains, where
-    the ridges bend and how much, is each image's own.
-    """
-    return isinstance(law, RidgeNetwork) and bool(np.any(np.asarray(law.mixing[:, 3:]) == 0.0))
-
-
 def fit_and_judge(
     dataset: xr.Dataset,
     domain: Domain,
@@ -210,16 +200,8 @@ def fit_and_judge(
             starts, prior = [min(map(trial, range(STARTS)), key=lambda trial: trial.loss).law], PRIOR
 
         def trained(start: AnyLaw, samples: Samples, scales: Metric, stage: str) -> Fitted[Any]:
-            return fit(
-                start,
-                samples,
-                scales,
-                iterations,
-                prior=prior,
-                stay_near=bool(near),
-                watch=watch(stage),
-                frozen=("mixing",) if is_written_out(start) else (),
-            )
+            stay = bool(near)
+            return fit(start, samples, scales, iterations, prior=prior, stay_near=stay, watch=watch(stage))
 
         fits = [trained(start, train, scales, "training") for start in starts]
         found = fits[0]

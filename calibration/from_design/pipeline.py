@@ -86,6 +86,9 @@ def _calibrate(task: Task, say: Say, iterations: int, stages: Stages) -> Finding
     near = near_laws(task.design)
     if near and near[0].distance < _SIMILAR:
         say(f"similar to {near[0].title}: `rodmodel-calibrate scale` gives the law of that for nothing")
+    other = task.design.mirror_chamber
+    if task.design.symmetry == "none" and other is not None:
+        say(f"the section is its own mirror image at chamber {other}: numbered 1, it leaves half the work")
     begun = _begin(task, say, stages)
     task, notes = begun.task, begun.notes
     stages.begin("sweep")

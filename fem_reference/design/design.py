@@ -117,6 +117,20 @@ class Design:
         return "full" if self.winding.name in ALIKE_LAYOUTS and first == second else "mirror"
 
     @property
+    def mirror_chamber(self) -> int | None:
+        """The first chamber, from 1, in whose plane the section is its own mirror image, or None.
+
+        All else goes by that of chamber 1: where it is another, to number that one 1 halves what there is to
+        compute.
+        """
+        walls = self.geometry.outer_wall_variation
+        if not self.winding.mirror_symmetric:
+            return None
+        chambers = (1, 2, 3) if self.winding.name in ALIKE_LAYOUTS else (1,)
+        beside = {k: {walls[k % 3], walls[(k + 1) % 3]} for k in chambers}
+        return next((k for k in chambers if len(beside[k]) == 1), None)
+
+    @property
     def mirror_in_place(self) -> bool:
         """Whether the body is its own mirror image in chamber 1's plane: half of it then tells the whole.
 

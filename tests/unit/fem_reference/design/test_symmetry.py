@@ -42,6 +42,33 @@ def test_a_section_is_as_symmetric_as_its_winding_and_its_walls(
     assert len(range_paths(design)) == {"full": 2, "mirror": 4, "none": 6}[symmetry]
 
 
+@pytest.mark.parametrize(
+    ("winding", "walls", "chamber"),
+    [
+        (Ring(), (0.0, 0.0, 0.0), 1),
+        (Ring(), (0.2, 0.0, 0.0), 1),
+        (Ring(), (0.0, 0.2, 0.0), 2),
+        (SixHelix(), (0.1, 0.1, 0.2), 3),
+        (Ring(), (0.0, 0.1, 0.2), None),
+        (SixHelix(psi=0.1), (0.0, 0.0, 0.0), None),
+        (DoubleHelix(), (0.0, 0.2, 0.2), 1),
+        # Chambers of a double helix are not alike, whatever their walls.
+        (DoubleHelix(), (0.0, 0.2, 0.0), None),
+        (DoubleHelix(psi=0.4), (0.0, 0.0, 0.0), None),
+    ],
+)
+def test_a_chamber_has_the_plane_of_symmetry(
+    winding: Winding, walls: tuple[float, float, float], chamber: int | None
+) -> None:
+    """Numbered 1, it makes the design symmetric."""
+    design = Design(winding=winding, geometry=ActuatorGeometry(outer_wall_variation=walls))
+    assert design.mirror_chamber == chamber
+    if chamber is not None:
+        first, second, third = (walls[(chamber - 1 + k) % 3] for k in range(3))
+        geometry = ActuatorGeometry(outer_wall_variation=(first, second, third))
+        assert Design(winding=winding, geometry=geometry).symmetry != "none"
+
+
 @pytest.mark.parametrize("walls", [(0.2, 0.0, 0.0), (0.0, 0.2, 0.0)])
 def test_chambers_bend_alike_where_the_symmetry_says_so(walls: tuple[float, float, float]) -> None:
     """Within rings, one wall a fifth thicker: in its own chamber, and in one of the two others."""

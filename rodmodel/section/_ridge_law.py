@@ -13,6 +13,8 @@ from rodmodel.section._solve_3x3 import solve_3x3
 
 # Longest Newton step for the free curvature, over the law's curvature scale.
 _LONGEST = 0.2
+# Least eigenvalue of a shifted stiffness, over its trace.
+_SHIFTED = 0.05
 # Largest number of these steps.
 _MOST = 60
 
@@ -67,7 +69,10 @@ class RidgeLaw(CurvatureLaw):
 
 @jax.custom_jvp
 def _root(law: RidgeLaw) -> Float[Array, "3"]:
-    """Find the root of the moment near the law's free curvature, by Newton's method with limited steps."""
+    """Find the root of the moment near the law's free curvature, by Newton's method with limited steps.
+
+    From where the section would give way it goes down in energy, to one of the roots beside.
+    """
     longest = _LONGEST * law.curvature_scale
     # Newton's method converges quadratically: after a change of this size the next would be a rounding.
     limit = jnp.finfo(law.free_curvature.dtype).eps ** 0.5 * law.curvature_scale
@@ -76,7 +81,7 @@ def _root(law: RidgeLaw) -> Float[Array, "3"]:
         return (jnp.max(jnp.abs(at[1])) > limit) & (at[2] < _MOST)
 
     def advance(at: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
-        change = solve_3x3(law.stiffness(at[0]), law.moment(at[0]))
+        change = solve_3x3(_descending(law.stiffness(at[0])), law.moment(at[0]))
         change = change * jnp.minimum(1.0, longest / jnp.max(jnp.abs(change)))
         return at[0] - change, change, at[2] + 1
 
@@ -85,6 +90,16 @@ def _root(law: RidgeLaw) -> Float[Array, "3"]:
         unfinished, advance, (start, jnp.full_like(start, jnp.inf), jnp.zeros((), int))
     )
     return jnp.where(jnp.max(jnp.abs(change)) <= limit, u, jnp.nan)
+
+
+def _descending(stiffness: Float[Array, "3 3"]) -> Float[Array, "3 3"]:
+    """Return the stiffness, shifted to be positive definite where it is not, by Gershgorin's discs."""
+    a, b, c = stiffness
+    diagonal = jnp.diagonal(stiffness)
+    positive = (a[0] > 0.0) & (a[0] * b[1] > a[1] * b[0]) & (a @ jnp.cross(b, c) > 0.0)
+    least = jnp.min(diagonal + jnp.abs(diagonal) - jnp.sum(jnp.abs(stiffness), axis=1))
+    shift = _SHIFTED * jnp.abs(jnp.sum(diagonal)) - least
+    return stiffness + jnp.where(positive, 0.0, shift) * jnp.eye(3, dtype=stiffness.dtype)
 
 
 @_root.defjvp

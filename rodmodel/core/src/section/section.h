@@ -6,6 +6,8 @@
 
 /* Longest Newton step for the free curvature, over the curvature scale. */
 #define RM_LONGEST R(0.2)
+/* Least eigenvalue of a shifted stiffness, over its trace. */
+#define RM_SHIFTED R(0.05)
 /* Largest number of these steps. */
 #define RM_MOST_ROOT_STEPS 60
 
@@ -231,15 +233,32 @@ RM_INLINE section_state linearise_by_pressure(const contracted *at, vec curvatur
     return in_units(at, section_of_sums(at, x, sums));
 }
 
-/* Root of the moment near the guess [1/m], by Newton's method with limited steps; NaN if none is found. Sets the
- * section there, with c phi'' and c phi''' of its ridges kept. */
+/* Stiffness with which a step of Newton's method goes down in energy: the section's own where it is positive definite,
+ * else shifted by more than its least eigenvalue, which Gershgorin's discs bound. */
+RM_INLINE sym descending(sym k)
+{
+    if (sym_is_positive(k)) {
+        return k;
+    }
+    const rm_real xy = rm_abs(k.xy), xz = rm_abs(k.xz), yz = rm_abs(k.yz);
+    const rm_real least = smaller(smaller(k.xx - xy - xz, k.yy - xy - yz), k.zz - xz - yz);
+    const rm_real shift = RM_SHIFTED * rm_abs(k.xx + k.yy + k.zz) - least;
+    k.xx += shift;
+    k.yy += shift;
+    k.zz += shift;
+    return k;
+}
+
+/* Root of the moment near the guess [1/m], by Newton's method with limited steps; NaN if none is found. From where the
+ * section would give way it goes down in energy, to one of the roots beside. Sets the section there, with c phi'' and
+ * c phi''' of its ridges kept. */
 static vec find_free_curvature(const contracted *at, section_state *section)
 {
     const rm_real limit = rm_sqrt(RM_EPSILON), u_s = at->law->curvature_scale;
     vec x = at->guess;
     for (int n = 0; n < RM_MOST_ROOT_STEPS; n++) {
         const section_state here = linearise_scaled(at, x, 0);
-        const vec change = sym_apply(sym_inverse(here.stiffness), here.moment);
+        const vec change = sym_apply(sym_inverse(descending(here.stiffness)), here.moment);
         const rm_real size = largest(change);
         if (!(size <= infinite()) || size == infinite()) {
             break;

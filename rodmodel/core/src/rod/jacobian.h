@@ -11,7 +11,7 @@
 #define RM_INPUTS 12
 
 /* RM_WORKSPACE_SIZE counts on it. */
-typedef char a_response_has_the_size_that_the_header_says[2 * sizeof(response) == RM_KEPT_SIZE * sizeof(rm_real) ? 1 : -1];
+typedef char a_response_has_its_size[2 * sizeof(response) == RM_KEPT_SIZE * sizeof(rm_real) ? 1 : -1];
 
 /* Neighbouring solutions by unknowns and pressures, and by loads if there are 12 inputs. */
 typedef struct {

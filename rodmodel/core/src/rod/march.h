@@ -3,9 +3,9 @@
  * With k1 ... k4 the values of u L at the stages of the classical Runge-Kutta method and h the step's part of the
  * length, the frames at the stages are R, R exp(h k1/2), R exp(h k2/2 + h^2 [k1, k2]/8) and R exp(h k3), and that at
  * the end R exp(h (k1 + 2 k2 + 2 k3 + k4)/6 + h^2 [k1, k4]/12) in se(3), with brackets of the pair (e3, u L). The shear
- * part of the position is summed with the same weights. Neighbouring solutions by the unknowns are integrated by the same
- * Runge-Kutta method in the body frame. Munthe-Kaas and Owren (1999), Phil. Trans. R. Soc. A 357, 957, sec. 4; brackets have the
- * opposite sign here, as the frame is multiplied from the right. */
+ * part of the position is summed with the same weights. Neighbouring solutions by the unknowns are integrated by the
+ * same Runge-Kutta method in the body frame. Munthe-Kaas and Owren (1999), Phil. Trans. R. Soc. A 357, 957, sec. 4;
+ * brackets have the opposite sign here, as the frame is multiplied from the right. */
 #ifndef RM_MARCH_H
 #define RM_MARCH_H
 
@@ -51,7 +51,7 @@ RM_INLINE mat turns_of(variations *at, quat frame)
 }
 
 /* Section at a curvature. With columns it comes from the law, whose expansion is written to `stored`, or from the
- * expansion `before` of another stage, if there is one and it is near; without columns from the expansion in `stored`. */
+ * expansion `before` of another stage, if there is one and it is near; without columns from that in `stored`. */
 RM_INLINE section_state section_of_shot(const equilibrium *e, vec curvature, int columns, const expansion *before,
                                         expansion *stored)
 {
@@ -74,8 +74,8 @@ RM_INLINE rm_real share_of(vec moment, const rm_domain *domain)
     return (moment.x * moment.x + moment.y * moment.y) / (b * b) + moment.z * moment.z / (t * t);
 }
 
-/* Integrate from base to end, with `columns` neighbouring solutions by the unknowns: `at` holds them at the base, and at
- * the end on return. With columns the law's expansions at every stage and at the end, 4 steps + 1, are written to
+/* Integrate from base to end, with `columns` neighbouring solutions by the unknowns: `at` holds them at the base, and
+ * at the end on return. With columns the law's expansions at every stage and at the end, 4 steps + 1, are written to
  * `stored`; without any they are read from there. */
 RM_INLINE void march(const equilibrium *e, const rm_domain *domain, vec turn, vec pull, int steps, int columns,
                      const column_forces *forces, variations *at, expansion *stored, rm_node *nodes, march_end *end)

@@ -3,8 +3,8 @@
  *     phi' = du - u x phi,   mu' = m x du - u x mu - e3 x (f x phi + R^T dn),   du = K^-1 (mu - dm/dp),
  *     shift' = R (phi x (e3 + c (f1, f2, 0)) + c (f x phi + R^T dn)_12)
  *
- * with phi the turn of a section. Unlike those by u they want no third derivatives of the potential. They are linear, so
- * the classical Runge-Kutta method wants their coefficients at the nodes and half-way between them alone. */
+ * with phi the turn of a section. Unlike those by u they want no third derivatives of the potential. They are linear,
+ * so the classical Runge-Kutta method wants their coefficients at the nodes and half-way between them alone. */
 #ifndef RM_RESPONSE_H
 #define RM_RESPONSE_H
 
@@ -98,8 +98,8 @@ RM_INLINE void move_response(response *to, response *from, rm_real by, response 
     move_rows(to->shift, from->shift, by, rate->shift, columns);
 }
 
-/* Integrate the columns from base to end, where `at` has their turns at the base on entry: those by the unknowns of
- * `n`, then those by the pressures, then others. Between the nodes the equilibrium is Hermite's cubic, of order 4 as
+/* Integrate the columns from base to end; on entry `at` has their turns at the base: those by the unknowns, then by the
+ * pressures, then others. Between the nodes the equilibrium is Hermite's cubic, of order 4 as
  * the method. `kept`, if not NULL, receives columns and rates at the nodes. Sets the last node's rate, and the section
  * at the end. */
 RM_INLINE void integrate_response(const equilibrium *e, vec pull, int steps, int columns, const column_forces *forces,

@@ -158,7 +158,8 @@ static void contract(const rm_law *law, const rm_real *pressure, int with_slopes
                     }
                 }
                 for (int j = 0; j < ridges; j += RM_LANES) {
-                    lanes x = LOAD(slopes[order[0]] + j), y = LOAD(slopes[order[1]] + j), z = LOAD(slopes[order[2]] + j);
+                    lanes x = LOAD(slopes[order[0]] + j), y = LOAD(slopes[order[1]] + j);
+                    lanes z = LOAD(slopes[order[2]] + j);
                     for (int f = 0; f < count; f++) {
                         const lanes e = LOAD(law->mixing + (3 + first + f) * ridges + j);
                         x += by[f][0] * e;

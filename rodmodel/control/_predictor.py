@@ -226,8 +226,9 @@ class _Buffers:
         changes = np.zeros(1, JACOBIAN)
         self.jacobian = from_buffer("rm_jacobian *", changes)
         position, turn, bend = (changes[name].reshape(-1, 12) for name in ("position", "turn", "bend"))
-        self._changes = [rows[:, part] for part in _INPUTS for rows in (position, turn)]
-        self._changes += [bend[:, part] for part in _INPUTS]
+        parts = [rows[:, part] for part in _INPUTS for rows in (position, turn)]
+        parts += [bend[:, part] for part in _INPUTS]
+        self._copies = [rows.copy for rows in parts]
 
     def prediction(self) -> Prediction:
         """Return the prediction of the core's last solution."""
@@ -253,7 +254,7 @@ class _Buffers:
 
     def derivatives(self) -> TipJacobian:
         """Return the tip's derivatives of the core's last solution with a Jacobian."""
-        return make(TipJacobian, [rows.copy() for rows in self._changes])
+        return make(TipJacobian, [copy() for copy in self._copies])
 
 
 def _refuse_other_than_rows(name: str, given: np.ndarray) -> bool:

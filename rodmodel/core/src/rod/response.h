@@ -90,12 +90,14 @@ RM_INLINE void rates_of_response(const response_coefficients *by, int columns, c
     }
 }
 
-/* Set `to` = `from` + `by` `rate`. */
-RM_INLINE void move_response(response *to, response *from, rm_real by, response *rate, int columns)
+/* Set `to` = `from` + `by` `rate`, with the shifts or without: no rate depends on them. */
+RM_INLINE void move_response(response *to, response *from, rm_real by, response *rate, int columns, int with_shift)
 {
     move_rows(to->phi, from->phi, by, rate->phi, columns);
     move_rows(to->moment, from->moment, by, rate->moment, columns);
-    move_rows(to->shift, from->shift, by, rate->shift, columns);
+    if (with_shift) {
+        move_rows(to->shift, from->shift, by, rate->shift, columns);
+    }
 }
 
 /* Integrate the columns from base to end; on entry `at` has their turns at the base: those by the unknowns, then by the
@@ -136,12 +138,12 @@ RM_INLINE void integrate_response(const equilibrium *e, vec pull, int steps, int
             kept[2 * n] = *at;
             kept[2 * n + 1] = rate;
         }
-        move_response(&sum, at, R(1.0 / 6.0) * h, &rate, columns);
+        move_response(&sum, at, R(1.0 / 6.0) * h, &rate, columns, 1);
         for (int stage = 1; stage < 4; stage++) {
             const rm_real part = stage < 3 ? R(1.0 / 3.0) : R(1.0 / 6.0);
-            move_response(&near, at, stage < 3 ? R(0.5) * h : h, &rate, columns);
+            move_response(&near, at, stage < 3 ? R(0.5) * h : h, &rate, columns, 0);
             rates_of_response(stage < 3 ? &middle : last, columns, forces, pressures, &near, &rate);
-            move_response(stage < 3 ? &sum : at, &sum, part * h, &rate, columns);
+            move_response(stage < 3 ? &sum : at, &sum, part * h, &rate, columns, 1);
         }
     }
     if (kept != NULL) {

@@ -142,7 +142,7 @@ static void shoot_three(const equilibrium *e, const rm_domain *domain, const rm_
     variations at;
     columns_of_rows moments;
     rm_real missing[6];
-    start_columns(&at, 3);
+    start_columns(&at);
     march(e, domain, vec_of(unknown), no_vec(), steps, 4, NULL, &at, stored, nodes, end);
     imbalance_at(e, end, no_vec(), missing);
     moments_of_columns(e, end, 3, &at, moments);
@@ -161,7 +161,7 @@ static void shoot_six(const equilibrium *e, const rm_domain *domain, const rm_re
     const vec pull = vec_of(unknown + 3);
     memset(&forces, 0, sizeof forces);
     set_follower_columns(e->tip_length, scales[3], &forces);
-    start_columns(&at, 6);
+    start_columns(&at);
     march(e, domain, vec_of(unknown), pull, steps, 8, &forces, &at, stored, nodes, end);
     imbalance_at(e, end, pull, missing);
     moments_of_columns(e, end, 6, &at, moments);

@@ -151,10 +151,10 @@ RM_INLINE void put_column(columns_of_rows rows, int column, vec v)
 }
 
 /* At the base the columns by u L are units, and others zero. */
-RM_INLINE void start_columns(variations *at, int columns)
+RM_INLINE void start_columns(variations *at)
 {
     memset(at, 0, sizeof *at);
-    for (int c = 0; c < 3 && c < columns; c++) {
+    for (int c = 0; c < 3; c++) {
         at->kappa[c][c] = R(1.0);
     }
 }

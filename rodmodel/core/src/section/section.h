@@ -40,16 +40,17 @@ RM_INLINE section_state section_of_sums(const contracted *at, vec x, const rm_re
     return found;
 }
 
-/* Moment and stiffness at x = u/u_s, both over their scales; `keep` stores c phi'' and c phi''' of the ridges.
+/* Sums over the ridges at x = u/u_s for `section_of_sums`; if `with_slopes`, then those of -c phi'' d e / 4, with e the
+ * slopes of the offsets by the pressures. `keep` stores c phi'' and c phi''' of the ridges.
  *
  * With r = 1/(1 + z^2): phi' = r^2, phi'' = -4 z r^3, phi''' = (20 - 24 r) r^3; the factor -4 is applied last. */
-RM_INLINE section_state linearise_scaled(const contracted *at, vec x, int keep)
+RM_INLINE void sum_ridges(const contracted *at, vec x, int keep, int with_slopes, rm_real sums[18])
 {
     const rm_law *law = at->law;
     const int total = at->total;
     const rm_real *dx = law->directions, *dy = dx + total, *dz = dy + total;
     const rm_real *weights = law->weights, *offsets = at->offsets;
-    lanes parts[16];
+    lanes parts[18];
     memset(parts, 0, sizeof parts);
     for (int j = 0; j < total; j += RM_LANES) {
         const lanes a = LOAD(dx + j), b = LOAD(dy + j), c = LOAD(dz + j);
@@ -70,9 +71,21 @@ RM_INLINE section_state linearise_scaled(const contracted *at, vec x, int keep)
         parts[6] += bb * b;
         parts[7] += bb * c;
         parts[8] += bc * c;
+        for (int k = 0; k < 3 && with_slopes; k++) {
+            const lanes e = LOAD(at->offset_slopes + k * total + j);
+            parts[9 + 3 * k] += ba * e;
+            parts[10 + 3 * k] += bb * e;
+            parts[11 + 3 * k] += bc * e;
+        }
     }
-    rm_real sums[16];
-    sum_lanes(parts, 9, sums);
+    sum_lanes(parts, with_slopes ? 18 : 9, sums);
+}
+
+/* Moment and stiffness at x, both over their scales. */
+RM_INLINE section_state linearise_scaled(const contracted *at, vec x, int keep)
+{
+    rm_real sums[18];
+    sum_ridges(at, x, keep, 0, sums);
     return section_of_sums(at, x, sums);
 }
 
@@ -197,36 +210,9 @@ RM_INLINE sym slopes_by_pressure(const contracted *at, vec y, vec moment[3], vec
 /* Section at a curvature [1/m], and the derivatives of its moment by the pressures [N m/Pa]. */
 RM_INLINE section_state linearise_by_pressure(const contracted *at, vec curvature, vec by_pressure[3])
 {
-    const rm_law *law = at->law;
-    const int total = at->total;
-    const rm_real *dx = law->directions, *dy = dx + total, *dz = dy + total;
-    const vec x = scale(R(1.0) / law->curvature_scale, curvature);
-    lanes parts[24];
-    memset(parts, 0, sizeof parts);
-    for (int j = 0; j < total; j += RM_LANES) {
-        const lanes a = LOAD(dx + j), b = LOAD(dy + j), c = LOAD(dz + j);
-        const lanes z = LOAD(at->offsets + j) + x.x * a + x.y * b + x.z * c;
-        const lanes r = inverse_of(R(1.0) + z * z);
-        const lanes lift = LOAD(law->weights + j) * r * r, bend = z * lift * r;
-        const lanes ba = bend * a, bb = bend * b, bc = bend * c;
-        parts[0] += lift * a;
-        parts[1] += lift * b;
-        parts[2] += lift * c;
-        parts[3] += ba * a;
-        parts[4] += ba * b;
-        parts[5] += ba * c;
-        parts[6] += bb * b;
-        parts[7] += bb * c;
-        parts[8] += bc * c;
-        for (int k = 0; k < 3; k++) {
-            const lanes e = LOAD(at->offset_slopes + k * total + j);
-            parts[9 + 3 * k] += ba * e;
-            parts[10 + 3 * k] += bb * e;
-            parts[11 + 3 * k] += bc * e;
-        }
-    }
-    rm_real sums[24];
-    sum_lanes(parts, 18, sums);
+    const vec x = scale(R(1.0) / at->law->curvature_scale, curvature);
+    rm_real sums[18];
+    sum_ridges(at, x, 0, 1, sums);
     for (int k = 0; k < 3; k++) {
         by_pressure[k] = scale(at->moment_scale, along(at->slope_slopes[k], R(-4.0), vec_of(sums + 9 + 3 * k)));
     }

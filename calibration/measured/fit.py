@@ -29,12 +29,14 @@ _LEAST = np.array([0.1] * 4 + [-0.9] * 6)
 _MOST = np.array([10.0] * 4 + [0.9] * 3 + [9.0] * 3)
 # Repetitions of the fit at most, with new noise or from a lower minimum.
 _REPEATS = 5
+# Evaluations of a minimisation at most; data of the map's actuator take ten or twenty.
+_EVALUATIONS = 100
 # Lower bound of the estimated noise relative to the given one, above the tolerance of the rod's solver.
 _LEAST_NOISE = 1e-6
 
 
 class MeasuredFitError(RuntimeError):
-    """Error for a fit that is impossible or has not converged; the message is one line."""
+    """Error for a fit that is impossible; the message is one line."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +84,8 @@ def fit_measured(
     Standard errors are those of the linearised model, from (JᵀJ)⁻¹ of the Jacobian over the noise. Intervals
     come from the profile of the squares, because the model is not linear within them; see
     `profile_intervals`. Parameters that the data do not determine are held at their defaults; see `identify`.
-    Repeats of a state count as one measurement.
+    Repeats of a state count as one measurement. A fit that does not converge is doubtful, and has no
+    intervals.
 
     Parameters
     ----------
@@ -96,8 +99,8 @@ def fit_measured(
     Raises
     ------
     MeasuredFitError
-        If the map has no equilibrium for a row, there are too few rows to estimate the noise, or the fit does
-        not converge.
+        If the map has no equilibrium for a row, there are too few rows to estimate the noise, or the data
+        hardly determine the parameters.
     """
     repeats = states_of(measured)
     residuals = Residuals(rod, repeats.measured, noise, OuterWall() if wall is None else wall)
@@ -111,7 +114,7 @@ def fit_measured(
     for _ in range(_REPEATS):
         estimate = _estimate(residuals, slopes, noise, start)
         found = _result(residuals, estimate, of_map, repeats)
-        if found.doubts and not insist:
+        if estimate.unfinished or (found.doubts and not insist):
             return found
         try:
             found.interval[:] = _intervals(residuals, estimate)
@@ -125,7 +128,10 @@ def fit_measured(
 
 @dataclass(frozen=True)
 class _Estimate:
-    """Minimum of the squares, with `free` parameters by index and the `rise` at the ends of intervals."""
+    """Minimum of the squares, with `free` parameters by index and the `rise` at the ends of intervals.
+
+    `unfinished` says why it is no minimum yet; empty if it is one.
+    """
 
     parameters: np.ndarray
     standard_error: np.ndarray
@@ -135,6 +141,7 @@ class _Estimate:
     noise_scale: float
     chi_square: float
     rise: float
+    unfinished: tuple[str, ...]
 
 
 def _estimate(residuals: Residuals, slopes: np.ndarray, noise: Noise, start: np.ndarray) -> _Estimate:
@@ -144,7 +151,7 @@ def _estimate(residuals: Residuals, slopes: np.ndarray, noise: Noise, start: np.
         free, held = identify(slopes / scale, NAMES, _spread(residuals), _KEEP_FIRST)
         if free == free_before:
             break
-        found, at_bound = _minimise(residuals, free, start)
+        found, at_bound, unfinished = _minimise(residuals, free, start)
         adjusted, at_end = residuals(found)
         degrees = adjusted.size - len(free)
         if degrees < 1 and noise.estimate:
@@ -160,7 +167,8 @@ def _estimate(residuals: Residuals, slopes: np.ndarray, noise: Noise, start: np.
         spread = _spread(residuals)[free]
         error[free] = scale * spread * np.linalg.norm(np.linalg.pinv(at_end[:, free] * spread), axis=1)
     width = float(t.ppf(0.975, degrees)) if noise.estimate else float(norm.ppf(0.975))
-    return _Estimate(found, error, free, tuple(held), at_bound, scale, squares, (scale * width) ** 2)
+    rise = (scale * width) ** 2
+    return _Estimate(found, error, free, tuple(held), at_bound, scale, squares, rise, unfinished)
 
 
 def _result(residuals: Residuals, estimate: _Estimate, of_map: np.ndarray, repeats: Repeats) -> MeasuredFit:
@@ -183,7 +191,8 @@ def _result(residuals: Residuals, estimate: _Estimate, of_map: np.ndarray, repea
         weight=residuals.weight,
         extrapolated=outside,
         repeats=repeats,
-        doubts=doubts_of_fit(
+        doubts=estimate.unfinished
+        + doubts_of_fit(
             residuals.rod,
             repeats.measured,
             found,
@@ -196,10 +205,19 @@ def _result(residuals: Residuals, estimate: _Estimate, of_map: np.ndarray, repea
     )
 
 
-def _minimise(residuals: Residuals, free: list[int], start: np.ndarray) -> tuple[np.ndarray, list[int]]:
-    """Minimise over the free parameters; return all parameters, and the indices of those at bounds."""
+def _minimise(
+    residuals: Residuals, free: list[int], start: np.ndarray
+) -> tuple[np.ndarray, list[int], tuple[str, ...]]:
+    """Minimise over the free parameters.
+
+    Returns
+    -------
+    parameters : all of them.
+    at_bound : indices of those at bounds.
+    unfinished : why this is no minimum yet; empty if it is one.
+    """
     if not free:
-        return default_parameters(), []
+        return default_parameters(), [], ()
     ended = least_squares(
         lambda x: _over_spread(residuals, free, x)[0],
         _scaled(residuals, free, start),
@@ -208,14 +226,11 @@ def _minimise(residuals: Residuals, free: list[int], start: np.ndarray) -> tuple
         xtol=1e-9,
         ftol=1e-10,
         gtol=1e-10,
-        max_nfev=100,
+        max_nfev=_EVALUATIONS,
     )
-    if not ended.success:
-        raise MeasuredFitError(
-            f"least squares did not converge in {ended.nfev} evaluations: are the data of the map's "
-            "actuator, and the columns those of their names?"
-        )
-    return _parameters(residuals, free, ended.x), [free[n] for n in np.flatnonzero(ended.active_mask)]
+    unfinished = () if ended.success else (f"least squares did not converge in {ended.nfev} evaluations",)
+    at_bound = [free[n] for n in np.flatnonzero(ended.active_mask)]
+    return _parameters(residuals, free, ended.x), at_bound, unfinished
 
 
 def _intervals(residuals: Residuals, estimate: _Estimate) -> np.ndarray:

@@ -150,3 +150,15 @@ def test_planes_alone_tell_no_error_of_the_angle(core, tmp_path, capsys):
     assert (
         "--out: got measurements of bending_plane_deg, expected bending_angle_deg, or all of" in printed.err
     )
+
+
+@pytest.mark.slow
+def test_a_fit_that_does_not_converge_is_doubted_and_has_no_intervals(core, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("calibration.measured.fit._EVALUATIONS", 2)
+    pressure, values = of_map(core, 1.1, (10.0, 30.0))
+    write(tmp_path / "data.csv", pressure, values)
+    status, printed, written = ended(tmp_path / "data.csv", capsys, "--json", "--force")
+    assert (status, written) == (0, True)
+    record = json.loads(printed.out)
+    assert "least squares did not converge in 2 evaluations" in record["doubts"]
+    assert all(part["interval_95"] in (None, [None, None]) for part in record["parameters"])

@@ -11,12 +11,12 @@ from rodmodel.actuator import Number
 from rodmodel.section._law import CurvatureLaw
 from rodmodel.section._solve_3x3 import solve_3x3
 
-# Longest Newton step for the free curvature, over the law's curvature scale.
+# Longest first Newton step for the free curvature, over the law's curvature scale.
 _LONGEST = 0.2
-# Least eigenvalue of a shifted stiffness, over its trace.
-_SHIFTED = 0.05
+# Least shift of a stiffness that is not positive, over the size of its diagonal.
+_SHIFTED = 1e-6
 # Largest number of these steps.
-_MOST = 60
+_MOST = 100
 
 
 @final
@@ -71,35 +71,50 @@ class RidgeLaw(CurvatureLaw):
 def _root(law: RidgeLaw) -> Float[Array, "3"]:
     """Find the root of the moment near the law's free curvature, by Newton's method with limited steps.
 
-    From where the section would give way it goes down in energy, to one of the roots beside.
+    From where the section would give way it goes down in energy, to one of the roots beside. The limit is
+    halved when a step turns back, as steps over a soft stretch could go to and fro for ever.
     """
     longest = _LONGEST * law.curvature_scale
     # Newton's method converges quadratically: after a change of this size the next would be a rounding.
     limit = jnp.finfo(law.free_curvature.dtype).eps ** 0.5 * law.curvature_scale
 
-    def unfinished(at: tuple[Array, Array, Array]) -> Array:
-        return (jnp.max(jnp.abs(at[1])) > limit) & (at[2] < _MOST)
+    def unfinished(at: tuple[Array, Array, Array, Array]) -> Array:
+        return (at[3] == 0) | (jnp.max(jnp.abs(at[1])) > limit) & (at[3] < _MOST)
 
-    def advance(at: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
-        change = solve_3x3(_descending(law.stiffness(at[0])), law.moment(at[0]))
-        change = change * jnp.minimum(1.0, longest / jnp.max(jnp.abs(change)))
-        return at[0] - change, change, at[2] + 1
+    def advance(at: tuple[Array, Array, Array, Array]) -> tuple[Array, Array, Array, Array]:
+        u, before, most, count = at
+        change = solve_3x3(_descending(law.stiffness(u)), law.moment(u))
+        most = jnp.where(change @ before < 0.0, 0.5 * most, most)
+        change = change * jnp.minimum(1.0, most / jnp.max(jnp.abs(change)))
+        return u - change, change, most, count + 1
 
     start = law.free_curvature
-    u, change, _ = jax.lax.while_loop(
-        unfinished, advance, (start, jnp.full_like(start, jnp.inf), jnp.zeros((), int))
+    u, change, _, _ = jax.lax.while_loop(
+        unfinished, advance, (start, jnp.zeros_like(start), longest, jnp.zeros((), int))
     )
     return jnp.where(jnp.max(jnp.abs(change)) <= limit, u, jnp.nan)
 
 
 def _descending(stiffness: Float[Array, "3 3"]) -> Float[Array, "3 3"]:
-    """Return the stiffness, shifted to be positive definite where it is not, by Gershgorin's discs."""
+    """Return the stiffness, shifted where it is not positive so far that its least eigenvalue changes sign.
+
+    A larger shift makes small steps beside a saddle.
+    """
     a, b, c = stiffness
-    diagonal = jnp.diagonal(stiffness)
     positive = (a[0] > 0.0) & (a[0] * b[1] > a[1] * b[0]) & (a @ jnp.cross(b, c) > 0.0)
-    least = jnp.min(diagonal + jnp.abs(diagonal) - jnp.sum(jnp.abs(stiffness), axis=1))
-    shift = _SHIFTED * jnp.abs(jnp.sum(diagonal)) - least
+    least = _SHIFTED * jnp.sum(jnp.abs(jnp.diagonal(stiffness)))
+    shift = jnp.maximum(-2.0 * _least_eigenvalue(stiffness), least)
     return stiffness + jnp.where(positive, 0.0, shift) * jnp.eye(3, dtype=stiffness.dtype)
+
+
+def _least_eigenvalue(matrix: Float[Array, "3 3"]) -> Float[Array, ""]:
+    """Return the least eigenvalue, the trigonometric root of the characteristic polynomial."""
+    mean = jnp.trace(matrix) / 3.0
+    a, b, c = matrix - mean * jnp.eye(3, dtype=matrix.dtype)
+    half = (a @ a + b @ b + c @ c) / 6.0
+    radius, cosine = jnp.sqrt(half), 0.5 * (a @ jnp.cross(b, c))
+    sine = jnp.sqrt(jnp.maximum((half * radius) ** 2 - cosine**2, 0.0))
+    return mean + 2.0 * radius * jnp.cos((jnp.arctan2(sine, cosine) + 2.0 * jnp.pi) / 3.0)
 
 
 @_root.defjvp

@@ -67,6 +67,15 @@ def test_every_free_rod_has_its_shape(layout: str, psi_deg: float) -> None:
     assert np.all(row["stable"])
 
 
+@pytest.mark.parametrize(("layout", "psi_deg"), LAYOUTS)
+def test_a_free_rod_has_a_shape_beyond_its_domain_too(layout: str, psi_deg: float) -> None:
+    """Past the loss of a section's stiffness: steps went to and fro, or away from a saddle too slowly."""
+    rod, random = rodmodel.load_core(layout, np.radians(psi_deg)), np.random.default_rng(3)
+    alone = np.kron(np.eye(3), np.linspace(50e3, 75e3, 2000)[:, None])
+    pressure = np.concatenate([75e3 * random.random((20_000, 3)) * random.integers(0, 2, (20_000, 3)), alone])
+    assert np.all(rod.solve_many(pressure=pressure)["result"] == Result.successful)
+
+
 def test_the_reference_leans_as_the_core_does() -> None:
     law = rodmodel.load("ring").section
     core = rodmodel.load_core("ring").solve_many(pressure=BESIDE_A_SADDLE)

@@ -118,6 +118,19 @@ RM_INLINE int sym_is_positive(sym m)
     return (m.xx > R(0.0)) & (minor > R(0.0)) & (whole > R(0.0));
 }
 
+/* Least eigenvalue, the trigonometric root of the characteristic polynomial. */
+RM_INLINE rm_real sym_least_eigenvalue(sym m)
+{
+    const rm_real mean = (m.xx + m.yy + m.zz) / R(3.0);
+    const rm_real x = m.xx - mean, y = m.yy - mean, z = m.zz - mean;
+    const rm_real aside = m.xy * m.xy + m.xz * m.xz + m.yz * m.yz;
+    const rm_real half = (x * x + y * y + z * z + R(2.0) * aside) / R(6.0), radius = rm_sqrt(half);
+    const rm_real cosine = R(0.5) * (x * y * z + R(2.0) * m.xy * m.yz * m.xz - x * m.yz * m.yz - y * m.xz * m.xz -
+                                     z * m.xy * m.xy);
+    const rm_real limit = half * radius, sine = rm_sqrt(larger(limit * limit - cosine * cosine, R(0.0)));
+    return mean + R(2.0) * radius * rm_cos((rm_atan2(sine, cosine) + R(2.0) * RM_PI) / R(3.0));
+}
+
 RM_INLINE rm_real determinant(mat m)
 {
     return dot(m.a, cross(m.b, m.c));

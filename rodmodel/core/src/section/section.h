@@ -4,12 +4,12 @@
 
 #include "contract.h"
 
-/* Longest Newton step for the free curvature, over the curvature scale. */
+/* Longest first Newton step for the free curvature, over the curvature scale. */
 #define RM_LONGEST R(0.2)
-/* Least eigenvalue of a shifted stiffness, over its trace. */
-#define RM_SHIFTED R(0.05)
+/* Least shift of a stiffness that is not positive, over the size of its diagonal. */
+#define RM_SHIFTED R(1e-6)
 /* Largest number of these steps. */
-#define RM_MOST_ROOT_STEPS 60
+#define RM_MOST_ROOT_STEPS 100
 
 typedef struct {
     vec moment;    /* dPi/du [N m] */
@@ -220,15 +220,14 @@ RM_INLINE section_state linearise_by_pressure(const contracted *at, vec curvatur
 }
 
 /* Stiffness with which a step of Newton's method goes down in energy: the section's own where it is positive definite,
- * else shifted by more than its least eigenvalue, which Gershgorin's discs bound. */
+ * else shifted so far that its least eigenvalue changes sign. A larger shift makes small steps beside a saddle. */
 RM_INLINE sym descending(sym k)
 {
     if (sym_is_positive(k)) {
         return k;
     }
-    const rm_real xy = rm_abs(k.xy), xz = rm_abs(k.xz), yz = rm_abs(k.yz);
-    const rm_real least = smaller(smaller(k.xx - xy - xz, k.yy - xy - yz), k.zz - xz - yz);
-    const rm_real shift = RM_SHIFTED * rm_abs(k.xx + k.yy + k.zz) - least;
+    const rm_real size = rm_abs(k.xx) + rm_abs(k.yy) + rm_abs(k.zz);
+    const rm_real shift = larger(R(-2.0) * sym_least_eigenvalue(k), RM_SHIFTED * size);
     k.xx += shift;
     k.yy += shift;
     k.zz += shift;
@@ -236,20 +235,24 @@ RM_INLINE sym descending(sym k)
 }
 
 /* Root of the moment near the guess [1/m], by Newton's method with limited steps; NaN if none is found. From where the
- * section would give way it goes down in energy, to one of the roots beside. Sets the section there, with c phi'' and
- * c phi''' of its ridges kept. */
+ * section would give way it goes down in energy, to one of the roots beside. The limit is halved when a step turns
+ * back, as steps over a soft stretch could go to and fro for ever. Sets the section there, with c phi'' and c phi''' of
+ * its ridges kept. */
 static vec find_free_curvature(const contracted *at, section_state *section)
 {
     const rm_real limit = rm_sqrt(RM_EPSILON), u_s = at->law->curvature_scale;
-    vec x = at->guess;
+    rm_real longest = RM_LONGEST;
+    vec x = at->guess, before = {R(0.0), R(0.0), R(0.0)};
     for (int n = 0; n < RM_MOST_ROOT_STEPS; n++) {
         const section_state here = linearise_scaled(at, x, 0);
         const vec change = sym_apply(sym_inverse(descending(here.stiffness)), here.moment);
         const rm_real size = largest(change);
+        longest *= dot(change, before) < R(0.0) ? R(0.5) : R(1.0);
+        before = change;
         if (!(size <= infinite()) || size == infinite()) {
             break;
         }
-        x = along(x, size > RM_LONGEST ? -RM_LONGEST / size : R(-1.0), change);
+        x = along(x, size > longest ? -longest / size : R(-1.0), change);
         if (size <= limit) {
             /* Newton's method converges quadratically: the next change would be a rounding. */
             *section = linearise(at, scale(u_s, x), 1);

@@ -97,7 +97,8 @@ def test_derivatives_are_those_of_differences(rod: CoreRod, case: str) -> None:
 
 
 def test_they_come_to_them_with_order_4(rod: CoreRod) -> None:
-    coarse, fine = (errors(rod, CASES["follower, moved base"], steps) for steps in (12, 36))
+    """Up to 24 steps: with 36 the tolerance of the solves that are differenced shows, 5e-10 of 5e-9."""
+    coarse, fine = (errors(rod, CASES["follower, moved base"], steps) for steps in (8, 24))
     for name in ("tip_force", "tip_moment", "gravity"):
         order = np.log(coarse["tip_position", name] / fine["tip_position", name]) / np.log(3.0)
         assert order == pytest.approx(4.0, abs=0.1)

@@ -74,7 +74,6 @@ def _root(law: RidgeLaw) -> Float[Array, "3"]:
     From where the section would give way it goes down in energy, to one of the roots beside. The limit is
     halved when a step turns back, as steps over a soft stretch could go to and fro for ever.
     """
-    longest = _LONGEST * law.curvature_scale
     # Newton's method converges quadratically: after a change of this size the next would be a rounding.
     limit = jnp.finfo(law.free_curvature.dtype).eps ** 0.5 * law.curvature_scale
 
@@ -89,9 +88,9 @@ def _root(law: RidgeLaw) -> Float[Array, "3"]:
         return u - change, change, most, count + 1
 
     start = law.free_curvature
-    u, change, _, _ = jax.lax.while_loop(
-        unfinished, advance, (start, jnp.zeros_like(start), longest, jnp.zeros((), int))
-    )
+    longest = jnp.asarray(_LONGEST * law.curvature_scale, start.dtype)
+    begin = (start, jnp.zeros_like(start), longest, jnp.zeros((), int))
+    u, change, _, _ = jax.lax.while_loop(unfinished, advance, begin)
     return jnp.where(jnp.max(jnp.abs(change)) <= limit, u, jnp.nan)
 
 

@@ -113,6 +113,7 @@ def _fit(options: argparse.Namespace, command: str) -> int:
     from calibration.provenance import code_version, sha256, today
     from calibration.report.error_table import error_table
     from calibration.sweep.dataset import attributes
+    from calibration.truth import on_its_mesh
 
     dataset, domain = _dataset(options)
     refuse_unwritable("--out", Path(options.out))
@@ -133,7 +134,7 @@ def _fit(options: argparse.Namespace, command: str) -> int:
         try:
             if not options.near_another:
                 refuse_another_actuator(begun, run)
-            near.append(begin_near(begun.section_law, run))
+            near.append(begin_near(on_its_mesh(begun).section_law, run))
         except UnlikeError as error:
             raise BadInputError(f"--near {file}: got {error}; --near-another allows it") from error
         except ValueError as error:

@@ -51,9 +51,11 @@ def _report(options: argparse.Namespace, command: str) -> int:
     from calibration.report.law_report import judge
     from calibration.studies.compare_laws import compare_candidates
     from calibration.sweep.dataset import attributes
+    from calibration.truth import on_its_mesh
     from rodmodel import SectionLaw
 
-    dataset, calibration = read_dataset(options.dataset), read_calibration_file(options.file)
+    dataset = read_dataset(options.dataset)
+    calibration = on_its_mesh(read_calibration_file(options.file))
     law, run = calibration.section_law, attributes(dataset)
     if isinstance(law, SectionLaw) and "orientations" in run:
         raise BadInputError(

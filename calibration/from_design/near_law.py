@@ -56,7 +56,7 @@ def near_laws(design: Design, known: Sequence[Calibration] | None = None) -> tup
     known : calibrations to choose from; by default those that ship. One of all orientations is that of a
         double helix at the design's ψ.
     """
-    from calibration.truth import title
+    from calibration.truth import on_its_mesh, title
 
     found = []
     for calibration in shipped_calibrations() if known is None else known:
@@ -65,7 +65,8 @@ def near_laws(design: Design, known: Sequence[Calibration] | None = None) -> tup
             continue
         source = design_of(calibration, design)
         its = similarity(design, source)
-        made = scaled(calibration, its.scale, calibration.provenance)
+        mine = on_its_mesh(calibration)
+        made = scaled(mine, its.scale, mine.provenance)
         found.append(NearLaw(made, title(calibration.layout), _deviations(design, source, its)))
     # Of equally similar ones that of a single orientation is the more accurate.
     return tuple(

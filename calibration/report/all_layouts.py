@@ -9,7 +9,7 @@ from typing import Any
 from calibration.provenance import sha256
 from calibration.report.law_report import judge
 from calibration.sweep import DatasetError, attributes, load_dataset
-from calibration.truth import Verdict, case_of, judgement, layout_of, title
+from calibration.truth import Verdict, case_of, judgement, layout_of, on_its_mesh, title
 from rodmodel import Calibration, Domain
 
 
@@ -58,7 +58,8 @@ def report_map(calibration: Calibration, datasets: Mapping[str, Path], figures: 
     dataset = load_dataset(file)
     length = attributes(dataset)["geometry"]["body_length"]
     own = None if figures is None else figures / file.stem
-    error = judge(calibration.section_law, dataset, calibration.domain, length, own)
+    mine = on_its_mesh(calibration)
+    error = judge(mine.section_law, dataset, mine.domain, length, own)
     return MapReport(calibration, error, recomputed=True)
 
 

@@ -30,8 +30,12 @@ from calibration.truth.mesh_limits import SHIPPED_LIMITS as SHIPPED_LIMITS
 from calibration.truth.mesh_limits import TWO_CHAMBERS as TWO_CHAMBERS
 from calibration.truth.mesh_limits import MeshLimits as MeshLimits
 from calibration.truth.mesh_limits import MeshRatio as MeshRatio
+from calibration.truth.mesh_limits import TorsionRatio as TorsionRatio
 from calibration.truth.mesh_limits import load_limits as load_limits
 from calibration.truth.mesh_limits import save_limits as save_limits
+from calibration.truth.mesh_torsion import carried as carried
+from calibration.truth.mesh_torsion import on_its_mesh as on_its_mesh
+from calibration.truth.mesh_torsion import torsion_ratio as torsion_ratio
 from calibration.truth.snapped_states import SnappedState as SnappedState
 from calibration.truth.snapped_states import compare_snapped as compare_snapped
 from calibration.truth.snapped_states import largest_errors as largest_errors

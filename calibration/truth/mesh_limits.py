@@ -2,14 +2,14 @@
 
 The study (``python -m tests.benchmark.refinement``) bends the cell of each winding by one chamber and by two,
 on nested meshes, and tells an interval of the limit. ``python -m tests.benchmark.refinement.mesh_table``
-writes the ratio of the limit to the angle of each mesh, and the change of the chambers' volumes, to the table
-that ships here.
+writes the ratio of the limit to the angle and to the torsional stiffness of each mesh, and the change of the
+chambers' volumes, to the table that ships here.
 
 A state with pressure in one chamber, or the same in two, has the ratio of that path at its pressure. Turns
 and the mirror image of a helix reduce all chambers and pairs to chamber 1 and chambers 1 and 2 at another ψ.
 Any other state has the interval that spans both paths, at its largest pressure. A winding that the study does
 not know has the interval that spans all orientations of its layout, if three or more are known, or else all
-windings.
+windings. Its torsion is told by those of its layout and pitch alone, as it changes by a tenth with either.
 """
 
 import json
@@ -48,6 +48,8 @@ class MeshRatio:
     least, most : interval of the ratio at each pressure.
     volume_change : volumes in the middle of their intervals less those on the mesh, per length of the rod, of
         the path's first chamber and of those at 120° and 240° from it, at each pressure [m²].
+    torsion : intervals of the ratio of the torsional stiffness in the limit to that on the mesh, of the
+        states of this path for which they are known.
     """
 
     layout: Layout
@@ -57,6 +59,7 @@ class MeshRatio:
     least: tuple[float, ...]
     most: tuple[float, ...]
     volume_change: tuple[tuple[float, float, float], ...]
+    torsion: tuple[tuple[float, float], ...]
 
     def at(self, pressure: float) -> tuple[float, float]:
         """Return the interval at a pressure, linear between those of the study and constant outside."""
@@ -101,6 +104,23 @@ class Interval:
 
 
 @dataclass(frozen=True)
+class TorsionRatio:
+    """Ratio of the torsional stiffness in the limit of fine meshes to that on a mesh.
+
+    Parameters
+    ----------
+    ratio : mean over the states of the study.
+    least, most : ends of the interval that spans those of all states.
+    known : whether the study knows the winding, or these are others of its layout and pitch.
+    """
+
+    ratio: float
+    least: float
+    most: float
+    known: bool
+
+
+@dataclass(frozen=True)
 class MeshLimits:
     """Table of ratios."""
 
@@ -136,6 +156,31 @@ class MeshLimits:
             min(least for least, _ in ends), max(most for _, most in ends), known, np.mean(volumes, axis=0)
         )
 
+    def torsion_ratio(self, layout: Layout, mesh: str) -> TorsionRatio | None:
+        """Return the ratio of the torsional stiffness for a winding, or for all orientations (ψ None).
+
+        Parameters
+        ----------
+        layout : winding.
+        mesh : name of its mesh level.
+
+        Returns
+        -------
+        ratio : None if the study knows no winding of that layout and pitch on that mesh.
+        """
+        alike = [ratio for ratio in self.ratios if ratio.mesh == mesh and _same_threads(ratio.layout, layout)]
+        own = [ratio for ratio in alike if any(_order(ratio, layout, chamber) for chamber in range(3))]
+        intervals = [interval for ratio in own or alike for interval in ratio.torsion]
+        if not intervals:
+            return None
+        middles = [0.5 * (least + most) for least, most in intervals]
+        least, most = min(low for low, _ in intervals), max(high for _, high in intervals)
+        return TorsionRatio(float(np.mean(middles)), least, most, bool(own))
+
+
+def _same_threads(first: Layout, second: Layout) -> bool:
+    return first.name == second.name and abs(first.pitch - second.pitch) < _SAME
+
 
 def _paths(pressure: Sequence[float]) -> list[tuple[str, int]]:
     """Return the paths that a state lies on or between, each with its first chamber, 0 to 2."""
@@ -162,7 +207,7 @@ def _order(ratio: MeshRatio, layout: Layout, chamber: int) -> list[int] | None:
     chamber : its first chamber, 0 to 2: that of its path, or of the pair that begins with it.
     """
     own = ratio.layout
-    if own.name != layout.name or abs(own.pitch - layout.pitch) > _SAME:
+    if not _same_threads(own, layout):
         return None
     if layout.name == "ring":
         return _turned(chamber)
@@ -187,7 +232,7 @@ def _turned(chamber: int) -> list[int]:
 
 def _relatives(ratios: Sequence[MeshRatio], layout: Layout) -> Sequence[MeshRatio]:
     """Return the ratios of a layout's other orientations, if enough are known, or else of all windings."""
-    same = [r for r in ratios if r.layout.name == layout.name and abs(r.layout.pitch - layout.pitch) < _SAME]
+    same = [ratio for ratio in ratios if _same_threads(ratio.layout, layout)]
     return same if len({r.layout.psi for r in same}) >= _ENOUGH else ratios
 
 
@@ -204,6 +249,7 @@ def save_limits(ratios: Iterable[MeshRatio], provenance: dict[str, Any], file: P
             "least": list(r.least),
             "most": list(r.most),
             "volume_change_m2": [list(row) for row in r.volume_change],
+            "torsion": [list(interval) for interval in r.torsion],
         }
         for r in ratios
     ]
@@ -228,6 +274,7 @@ def load_limits(file: Path = SHIPPED_LIMITS) -> MeshLimits:
                 tuple(row["least"]),
                 tuple(row["most"]),
                 tuple(tuple(volumes) for volumes in row["volume_change_m2"]),
+                tuple((least, most) for least, most in row["torsion"]),
             )
             for row in content["ratios"]
         )

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import rodmodel
+from calibration.truth import on_its_mesh
 from fem_reference import CellState, DoubleHelix, Load, PeriodCell, follow
 
 LENGTH = 60e-3
@@ -52,13 +53,13 @@ def states(winding: tuple[float, float, bool], calibration: rodmodel.Calibration
 
 @pytest.fixture(scope="module")
 def calibration(winding: tuple[float, float, bool]) -> rodmodel.Calibration:
-    """The shipped file of the winding, or of all its orientations."""
+    """The shipped file of the winding, or of all its orientations, with the law of its mesh."""
     psi, pitch, of_all = winding
     wanted = ("double-helix", None if of_all else psi, pitch)
     (found,) = (
         c for c in rodmodel.shipped_calibrations() if (c.layout.name, c.layout.psi, c.layout.pitch) == wanted
     )
-    return found
+    return on_its_mesh(found)
 
 
 @pytest.fixture(scope="module")

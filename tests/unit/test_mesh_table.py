@@ -13,7 +13,7 @@ QUADRATIC = {"quadratic x1": 61.0, "quadratic x2": 60.8, "quadratic-2 x1": 60.6}
 
 def solved(winding: str, mesh: str, angle: float) -> Solved:
     volumes = {f"volume_{k}": k * angle for k in (1, 2, 3)}
-    state = {"pressure_kpa": [40.0, 0.0, 0.0], "angle_deg": angle, **volumes}
+    state = {"pressure_kpa": [40.0, 0.0, 0.0], "angle_deg": angle, "torsion": 2.0 * angle, **volumes}
     return Solved(winding, mesh, 1, 1, {"chamber 1": [state], "chambers 1+2": []})
 
 
@@ -32,6 +32,7 @@ def test_a_ratio_is_the_limit_over_the_value_on_the_mesh():
     change = 1e-6 * (0.5 * (interval.least + interval.most) - 59.0)
     assert coarse.volume_change[0] == pytest.approx((change, 2.0 * change, 3.0 * change))
     assert layered.least[0] == pytest.approx(interval.least / 59.6)
+    assert coarse.torsion == ((pytest.approx(coarse.least[0]), pytest.approx(coarse.most[0])),)
 
 
 def test_rings_on_the_coarse_mesh_are_no_mesh_of_the_study():

@@ -1,4 +1,4 @@
-"""Table of how far each mesh's angle and volumes are from the limit, for the bounds of the rods.
+"""Table of how far each mesh's angle, volumes and torsion are from the limit, for the rods.
 
 Run as ``python -m tests.benchmark.refinement.mesh_table [RUN] [--out FILE]`` on what
 ``python -m tests.benchmark.refinement RUN`` has solved; without RUN, on the record that ships. It replaces
@@ -49,7 +49,8 @@ def ratios(found: dict[str, dict[str, Solved]]) -> list[MeshRatio]:
                         known.append((1e3 * pressure, interval.least / value, interval.most / value, volumes))
                 if known:
                     at, least, most, change = (tuple(column) for column in zip(*known, strict=True))
-                    rows.append(MeshRatio(layout_of(winding), level, title, at, least, most, change))
+                    torsion = _torsion(meshes, mesh, name_of_path, pressures)
+                    rows.append(MeshRatio(layout_of(winding), level, title, at, least, most, change, torsion))
     return rows
 
 
@@ -59,6 +60,24 @@ def _states(path: str, pressures: Sequence[float], solved: Solved) -> list[tuple
         return [(path, pressure) for pressure in pressures]
     below = [(path, pressure) for pressure in pressures if pressure <= _LEANS]
     return below + [(UPRIGHT_PATH, pressure) for pressure in UPRIGHT if pressure > _LEANS]
+
+
+def _torsion(
+    meshes: dict[str, Solved], mesh: str, path: str, pressures: Sequence[float]
+) -> tuple[tuple[float, float], ...]:
+    """Intervals of the torsional stiffness over that on a mesh, of a path's states whose limit is told.
+
+    The cell that is held upright is half a cell, which does not twist.
+    """
+    intervals = []
+    for pressure in pressures:
+        interval, value = (
+            limit(meshes, path, pressure, "torsion"),
+            meshes[mesh].value(path, pressure, "torsion"),
+        )
+        if interval is not None and np.isfinite(value):
+            intervals.append((interval.least / value, interval.most / value))
+    return tuple(intervals)
 
 
 def _volume_change(

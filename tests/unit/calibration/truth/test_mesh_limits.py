@@ -32,6 +32,7 @@ def ratio(
         (middle + 0.1, middle + 0.2),
         # Of the path's chambers in their order.
         ((middle, middle + 10.0, middle + 20.0), (middle + 1.0, middle + 11.0, middle + 21.0)),
+        ((0.7 + 1e-3 * psi_deg, 0.8), (0.8, 0.9 + 1e-3 * psi_deg)),
     )
 
 
@@ -101,7 +102,7 @@ def test_an_unknown_winding_spans_the_other_orientations_or_all_windings():
     many = MeshLimits(
         (
             *TABLE.ratios,
-            MeshRatio(other.layout, "coarse", ONE_CHAMBER, (20e3,), (0.5,), (0.6,), ((0.0, 0.0, 0.0),)),
+            MeshRatio(other.layout, "coarse", ONE_CHAMBER, (20e3,), (0.5,), (0.6,), ((0.0, 0.0, 0.0),), ()),
         )
     )
     within = many.interval(helix(45.0), "coarse", (20e3, 0.0, 0.0))
@@ -134,3 +135,28 @@ def test_the_table_that_ships_is_of_intervals_around_one():
         assert all(abs(change) < 2e-6 for row in one.volume_change for change in row)
         for least, most in zip(one.least, one.most, strict=True):
             assert 0.85 < least <= most < 1.15
+
+
+@pytest.mark.parametrize(
+    ("layout", "ratio", "least", "most", "known"),
+    [
+        # Seen from chamber 2, 0° is 60°, and 30° is 90°.
+        (helix(0.0), 0.815, 0.7, 0.96, True),
+        (helix(60.0), 0.815, 0.7, 0.96, True),
+        (helix(150.0), 0.83, 0.73, 0.99, True),
+        (helix(10.0), 0.8225, 0.7, 0.99, False),
+        (Layout("double-helix", None, PITCH), 0.8225, 0.7, 0.99, False),
+    ],
+)
+def test_the_ratio_of_torsion_is_a_windings_own_or_that_of_its_other_orientations(
+    layout, ratio, least, most, known
+):
+    found = TABLE.torsion_ratio(layout, "coarse")
+    assert (found.ratio, found.least, found.most) == pytest.approx((ratio, least, most))
+    assert found.known == known
+
+
+@pytest.mark.parametrize("layout", [helix(0.0, 4e-3), Layout("ring", 0.0, PITCH)])
+def test_torsion_of_other_threads_is_not_told(layout):
+    assert TABLE.torsion_ratio(layout, "coarse") is None
+    assert TABLE.torsion_ratio(helix(0.0), "fine") is None

@@ -1,7 +1,7 @@
 """Comparison of rods with runs of the full actuator, state by state."""
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,8 @@ from jaxtyping import Bool, Float
 from calibration.fit import on_loading_branch
 from calibration.truth.cases import layout_of
 from calibration.truth.dataset import case_of, truth_level
-from calibration.truth.mesh_limits import Interval, MeshLimits, load_limits
+from calibration.truth.mesh_limits import MeshLimits, load_limits
+from calibration.truth.mesh_torsion import on_mesh
 from calibration.truth.serving import serving
 from fem_reference import level_record
 from rodmodel import CoreRod, shipped_calibrations
@@ -92,7 +93,8 @@ class Verdict:
 def compare_with_truth(truth: xr.Dataset, limits: MeshLimits | None = None) -> Verdict:
     """Solve the rods of the shipped calibrations under the loads of the truth.
 
-    Windings without a calibration have no judged states.
+    Windings without a calibration have no judged states. A rod whose torsion is that of the limit is given
+    that of the run's mesh before, where it is known.
 
     Parameters
     ----------
@@ -112,14 +114,15 @@ def compare_with_truth(truth: xr.Dataset, limits: MeshLimits | None = None) -> V
     length, cap = np.full(count, np.nan), np.full(count, np.nan)
     by_moment = np.full((count, 2), np.nan)
     served_by, law_mesh = (np.full(count, None, dtype=object) for _ in range(2))
+    meshes = np.array([str(level_record(truth_level(truth, str(name)))) for name in names], dtype=object)
     windings = np.array([repr(case_of(name).winding) for name in names], dtype=object)
     shipped = shipped_calibrations()
-    for winding in dict.fromkeys(windings):
-        rows = windings == winding
+    for winding, mesh in dict.fromkeys(zip(windings, meshes, strict=True)):
+        rows = (windings == winding) & (meshes == mesh)
         calibrated = serving(names[rows][0], shipped)
         if calibrated is None:
             continue
-        rod = CoreRod.of(calibrated)
+        rod = CoreRod.of(replace(calibrated, calibration=on_mesh(calibrated.calibration, mesh, limits)))
         length[rows], cap[rows] = rod.actuator.body_length, rod.actuator.cap_length
         served_by[rows], by_moment[rows] = calibrated.calibration.layout, _by_moment(rod)
         law_mesh[rows] = calibrated.calibration.provenance.get("mesh")
@@ -131,14 +134,17 @@ def compare_with_truth(truth: xr.Dataset, limits: MeshLimits | None = None) -> V
         found["converged"][rows] = states["result"] == 0
         found["in_domain"][rows] = states["in_domain"] != 0
     angle, tip = truth["bending_angle"].values, truth["tip_position"].values
-    mesh = [_mesh_interval(truth, limits, str(name), p) for name, p in zip(names, pressure, strict=True)]
-    middle, half = (np.array([getattr(one, key) for one in mesh]) for key in ("middle", "half_width"))
+    intervals = [
+        limits.interval(layout_of(case_of(name).winding), mesh, p.tolist())
+        for name, mesh, p in zip(names, meshes, pressure, strict=True)
+    ]
+    middle, half = (np.array([getattr(one, key) for one in intervals]) for key in ("middle", "half_width"))
     way = way_of_tip(angle, truth["bending_plane"].values, length, cap)
     at_limit = tip + ((middle - 1.0) * angle)[:, None] * way
     # A law of another mesh than a run's is not compared with that run's mesh.
-    meshes = [level_record(truth_level(truth, str(name))) for name in names]
-    alike = law_mesh == np.array(meshes, dtype=object)
-    at_limit_volume = truth["volume"].values + length[:, None] * np.array([one.volume_change for one in mesh])
+    alike = law_mesh == meshes
+    change = np.array([one.volume_change for one in intervals])
+    at_limit_volume = truth["volume"].values + length[:, None] * change
     its_volume = np.where(alike[:, None], truth["volume"].values, at_limit_volume)
     its_angle, its_tip = np.where(alike, angle, middle * angle), np.where(alike[:, None], tip, at_limit)
     turn = found["bending_plane"] - truth["bending_plane"].values
@@ -165,15 +171,9 @@ def compare_with_truth(truth: xr.Dataset, limits: MeshLimits | None = None) -> V
         angle_off=np.abs(found["bending_angle"] - middle * angle) + half * angle,
         tip_off=np.linalg.norm(found["tip_position"] - at_limit, axis=1)
         + half * angle * np.linalg.norm(way, axis=1),
-        mesh_known=np.array([one.known for one in mesh]),
+        mesh_known=np.array([one.known for one in intervals]),
         copied=_copied(served_by, pressure, loaded, angle, tip),
     )
-
-
-def _mesh_interval(truth: xr.Dataset, limits: MeshLimits, case: str, pressure: np.ndarray) -> Interval:
-    """Return the interval of the ratio of θ in the limit of fine meshes to that of a state."""
-    mesh = level_record(truth_level(truth, case))
-    return limits.interval(layout_of(case_of(case).winding), str(mesh), pressure.tolist())
 
 
 def _by_moment(rod: CoreRod) -> tuple[float, float]:

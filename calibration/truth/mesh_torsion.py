@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from calibration.truth.mesh_limits import load_limits
+from calibration.truth.mesh_limits import MeshLimits, load_limits
 from fem_reference import Design, similarity
 from rodmodel import Calibration
 
@@ -71,6 +71,17 @@ def on_its_mesh(calibration: Calibration) -> Calibration:
     """Return a calibration with the law as it was fitted to the states on its mesh."""
     kept = {name: value for name, value in calibration.provenance.items() if name != "torsion"}
     return replace(_stiffened(calibration, 1.0 / torsion_ratio(calibration)), provenance=kept)
+
+
+def on_mesh(calibration: Calibration, mesh: str, limits: MeshLimits) -> Calibration:
+    """Return a calibration with the torsional stiffness that its winding has on a mesh.
+
+    One that has not been carried to the limit, or a mesh that the study does not know, leaves it as it is.
+    """
+    ratio = limits.torsion_ratio(calibration.layout, mesh)
+    if ratio is None or "torsion" not in calibration.provenance:
+        return calibration
+    return _stiffened(calibration, 1.0 / ratio.ratio)
 
 
 def _stiffened(calibration: Calibration, ratio: float) -> Calibration:

@@ -14,8 +14,10 @@ from calibration.ends import fit as ends
 from calibration.ends import runs_for
 from calibration.ends.runs_for_layout import PAPER
 from calibration.fit import on_loading_branch
-from calibration.truth import TruthError, compare_with_truth, free_states, judgement
+from calibration.truth import TruthError, compare_with_truth, free_states, judgement, load_limits
+from calibration.truth.mesh_torsion import on_mesh
 from rodmodel import Actuator, Calibration, Layout
+from rodmodel.io import find
 from tests.unit.rodmodel import synthetic
 
 BODY, CAP = 60e-3, 6e-3
@@ -176,6 +178,14 @@ def test_loaded_states_and_those_behind_a_jump_are_told_apart():
     assert on_loading_branch(truth, truth["case"].values).tolist() == [True, True, True, False, False]
 
 
+def rod_of_the_runs() -> rodmodel.CoreRod:
+    """The shipped rod of ψ = 0, with the torsion that its winding has on the runs' mesh."""
+    found = find("double-helix", 0.0, 3e-3)
+    return rodmodel.CoreRod.of(
+        replace(found, calibration=on_mesh(found.calibration, "coarse", load_limits()))
+    )
+
+
 @pytest.fixture(scope="module")
 def exact() -> xr.Dataset:
     """Runs of which the shipped rods' own predictions are the answers, compiled and in many steps."""
@@ -184,7 +194,7 @@ def exact() -> xr.Dataset:
         "force-upright-25": [(25e3, 0.0, 0.0)],
     }
     forces = {"chamber1": np.zeros(3), "force-upright-25": np.array([0.0, 0.03, 0.0])}
-    rod = rodmodel.load_core("double-helix")
+    rod = rod_of_the_runs()
     states: dict[str, list] = {name: [] for name in ("case", "pressure", "tip_force", "gravity", "solution")}
     for case, pressures in rows.items():
         for pressure in pressures:
@@ -233,6 +243,17 @@ def test_a_truth_of_the_rods_own_has_no_error(exact):
         assert figures[name]["worst"] < 1e-2, name
 
 
+def test_a_rod_is_compared_with_the_torsion_of_a_runs_mesh(exact):
+    """That of the limit differs by 0.2 % of the length under a force aside, and by nothing without one."""
+    plain = rodmodel.load_core("double-helix").solve(
+        (25e3, 0.0, 0.0), (0.0, 0.03, 0.0), gravity=(0, 0, -9.81)
+    )
+    apart = np.linalg.norm(plain.tip_position - exact["tip_position"].values[3]) / BODY
+    assert 1e-3 < apart < 5e-3
+    free = rodmodel.load_core("double-helix").solve((30e3, 0.0, 0.0))
+    assert np.linalg.norm(free.tip_position - exact["tip_position"].values[1]) / BODY < 1e-5
+
+
 def test_errors_put_in_are_found_where_they_are(exact):
     off = exact.copy(deep=True)
     off["tip_position"][1, 0] += 0.6e-3
@@ -244,7 +265,7 @@ def test_errors_put_in_are_found_where_they_are(exact):
 
 
 def test_the_way_under_a_tip_force_is_judged_by_itself(exact):
-    rod = rodmodel.load_core("double-helix")
+    rod = rod_of_the_runs()
     loaded = exact.isel(state=[3])
     without = loaded.copy(deep=True)
     without["tip_force"][:] = 0.0

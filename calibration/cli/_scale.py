@@ -78,17 +78,19 @@ def _scale(options: argparse.Namespace, command: str) -> int:
 
 
 def _origin(calibration: "Calibration", design: "Design") -> dict[str, Any]:
-    """Return what a fit near the result compares: mesh, geometry and material."""
+    """Return what a fit near the result compares, mesh, geometry and material, and whether torsion is carried."""
     from dataclasses import asdict
 
+    known = calibration.provenance
     return {
-        "mesh": calibration.provenance.get("mesh"),
+        "mesh": known.get("mesh"),
         "geometry_m": asdict(design.geometry),
         "material": {
             "body": asdict(design.material),  # type: ignore[call-overload]
             "core": asdict(design.core),
             "thread": asdict(design.thread),
         },
+        **({"torsion": known["torsion"]} if "torsion" in known else {}),
     }
 
 

@@ -11,6 +11,7 @@ import pytest
 
 import rodmodel
 from calibration.cli import main
+from calibration.truth import on_its_mesh, torsion_ratio
 from rodmodel import read_calibration, save_calibration
 from rodmodel.io import Adjustment, adjusted, find
 
@@ -41,6 +42,16 @@ def test_a_file_gets_its_bound_and_where_it_comes_from(tmp_path, capsys):
     assert {k: v for k, v in after.provenance.items() if k != "bound"} == {
         k: v for k, v in before.provenance.items() if k != "bound"
     }
+
+
+def test_a_law_gets_the_torsion_of_the_limit_once(tmp_path, capsys):
+    file, shipped = tmp_path / "mine.json", read_calibration(SHIPPED / "six-helix_psi0_pitch3.json")
+    save_calibration(on_its_mesh(shipped), file)
+    for _ in range(2):
+        assert main(["bounds", str(file), "--json"]) == 0
+        (row,) = json.loads(capsys.readouterr().out)["bounds"]
+        assert row["torsion_ratio"] == torsion_ratio(shipped)
+        np.testing.assert_allclose(read_calibration(file).law.directions, shipped.law.directions, rtol=1e-14)
 
 
 def test_what_cannot_have_such_a_bound_is_refused_and_stays(tmp_path, capsys):

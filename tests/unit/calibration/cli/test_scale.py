@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from calibration.cli import main
+from calibration.truth import torsion_ratio
 from fem_reference import Design, design_text, parse_design
 from rodmodel import read_calibration
 
@@ -35,6 +36,8 @@ def test_the_paper_is_similar_to_itself(tmp_path, capsys):
     assert after.actuator == before.actuator
     assert after.domain == before.domain
     assert after.provenance["scaled"]["provenance"] == before.provenance
+    # Its torsion has been carried to the limit, and is not again.
+    assert torsion_ratio(after) == torsion_ratio(before) < 1.0
 
 
 def test_half_the_size_takes_the_same_pressures(tmp_path, capsys):

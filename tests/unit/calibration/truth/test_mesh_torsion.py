@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -11,12 +10,14 @@ from calibration.from_design import design_of
 from calibration.truth import MeshLimits, carried, load_limits, on_its_mesh, torsion_ratio
 from calibration.truth.mesh_torsion import at_limit
 from fem_reference import Design
-from rodmodel.io import Calibration
+from rodmodel import Calibration
+from rodmodel.io import find_among
+from tests.unit.rodmodel.sections import section_at
 
 SHIPPED = {(c.layout.name, c.layout.psi, c.layout.pitch): c for c in rodmodel.shipped_calibrations()}
 OWN = SHIPPED["double-helix", 0.0, 3e-3]
 FITTED = on_its_mesh(OWN)
-PRESSURE = jnp.array([30e3, 8e3, 0.0])
+PRESSURE = np.array([30e3, 8e3, 0.0])
 CURVATURE = np.array([-3.0, 12.0, 5.0])
 
 
@@ -25,16 +26,14 @@ def test_torsion_has_the_ratio_and_bending_is_as_it_was(key: tuple[str, float | 
     """At a twist that is less by the root of the ratio; so work is the same on both."""
     fitted = on_its_mesh(SHIPPED[key])
     made, s = carried(fitted, {"ratio": 0.81}), np.array([1.0, 1.0, 0.9])
-    first, second = (law_of(c) for c in (fitted, made))
-    moments = [law.moment(u, PRESSURE) for law, u in ((first, CURVATURE), (second, CURVATURE / s))]
-    np.testing.assert_allclose(moments[1], s * moments[0], rtol=1e-10, atol=1e-15)
-    free = [law.free_curvature(PRESSURE) for law in (first, second)]
+    first, second = (rod_of(c) for c in (fitted, made))
+    at = [section_at(rod.handle, u, PRESSURE) for rod, u in ((first, CURVATURE), (second, CURVATURE / s))]
+    np.testing.assert_allclose(at[1].moment, s * at[0].moment, rtol=1e-10, atol=1e-15)
+    np.testing.assert_allclose(at[1].stiffness, np.outer(s, s) * at[0].stiffness, rtol=1e-10, atol=1e-15)
+    np.testing.assert_allclose(at[1].volume, at[0].volume, rtol=1e-10)
+    assert at[1].energy == pytest.approx(at[0].energy, rel=1e-10)
+    free = [rod.solve_many(pressure=PRESSURE)["free_curvature"][0] for rod in (first, second)]
     np.testing.assert_allclose(s * free[1], free[0], rtol=1e-8, atol=1e-8)
-    stiff = [np.asarray(law.stiffness(u, PRESSURE)) for law, u in zip((first, second), free, strict=True)]
-    np.testing.assert_allclose(stiff[1], np.outer(s, s) * stiff[0], rtol=1e-6, atol=1e-12)
-    np.testing.assert_allclose(
-        second.volume(CURVATURE / s, PRESSURE), first.volume(CURVATURE, PRESSURE), rtol=1e-10
-    )
     axes = [c.domain.moment_axes for c in (fitted, made)]
     np.testing.assert_allclose(axes[1], s * axes[0], rtol=1e-12)
 
@@ -66,6 +65,7 @@ def test_laws_that_ship_are_at_the_limit_where_it_is_known() -> None:
         assert torsion_ratio(calibration) == (1.0 if found is None else found.ratio)
 
 
-def law_of(calibration: Calibration) -> rodmodel.SectionLaw:
-    law = calibration.section_law
-    return law.at_psi(0.3) if isinstance(law, rodmodel.OrientedNetwork) else law
+def rod_of(calibration: Calibration) -> rodmodel.CoreRod:
+    layout = calibration.layout
+    psi = 0.3 if layout.psi is None else layout.psi
+    return rodmodel.CoreRod.of(find_among([calibration], layout.name, psi, layout.pitch))

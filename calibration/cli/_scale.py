@@ -78,7 +78,7 @@ def _scale(options: argparse.Namespace, command: str) -> int:
 
 
 def _origin(calibration: "Calibration", design: "Design") -> dict[str, Any]:
-    """Return what a fit near the result compares, mesh, geometry and material, and whether torsion is carried."""
+    """Return what a fit near the result compares, and by how much the torsion was carried."""
     from dataclasses import asdict
 
     known = calibration.provenance

@@ -104,7 +104,7 @@ def upright_table(found: dict[str, dict[str, Solved]]) -> str:
 
 def draw(found: dict[str, dict[str, Solved]], file: Path) -> None:
     """Error of the angle under chamber 1 over the pressure, a panel for each winding."""
-    columns = min(4, len(found))
+    columns = min(4, len(found) if len(found) <= 4 else -(-len(found) // 2))
     rows = -(-len(found) // columns)
     figure, axes = plt.subplots(
         rows,
@@ -127,6 +127,8 @@ def draw(found: dict[str, dict[str, Solved]], file: Path) -> None:
         axis.set_title(winding.replace("psi", "ψ ="), fontsize=9)
         axis.axhline(0.0, color="0.5", lw=0.5)
         axis.set_ylim(-8, 5)
+    for number, axis in enumerate(axes.flat):
+        axis.tick_params(labelbottom=number + columns >= len(found))
     for axis in axes.flat[len(found) :]:
         axis.set_axis_off()
     figure.supxlabel("pressure in chamber 1 [kPa]", fontsize=9)

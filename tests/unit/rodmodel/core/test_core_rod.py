@@ -167,8 +167,8 @@ def test_threads_share_a_rod(rod: CoreRod) -> None:
 
 def test_a_warm_start_finds_the_same_in_fewer_shots(rod: CoreRod) -> None:
     first = rod.solve(PRESSURE, FORCE)
-    cold = rod.solve(1.01 * PRESSURE, FORCE)
-    warm = rod.solve(1.01 * PRESSURE, FORCE, start=first)
+    cold = rod.solve(1.001 * PRESSURE, FORCE)
+    warm = rod.solve(1.001 * PRESSURE, FORCE, start=first)
     np.testing.assert_allclose(warm.tip_position, cold.tip_position, atol=1e-12)
     assert warm.shots < cold.shots
 

@@ -1,8 +1,8 @@
 """Torsional stiffness of the laws that ship, against the limit of fine meshes.
 
 Run as ``python -m tests.benchmark.refinement.law_torsion``. The ratio by which a law is carried to the limit
-is the mean over these same states: what is left is how much the ratio changes over them, and what the law errs
-by. No other state's limit is known.
+is the mean over these same states: what is left is how much the ratio changes over them, and what the law
+errs by. No other state's limit is known.
 """
 
 import sys

@@ -126,7 +126,7 @@ def draw(found: dict[str, dict[str, Solved]], file: Path) -> None:
             axis.plot([p for p, _ in known], errors, "o-", ms=3, lw=1, color=colours[name])
         axis.set_title(winding.replace("psi", "ψ ="), fontsize=9)
         axis.axhline(0.0, color="0.5", lw=0.5)
-        axis.set_ylim(-8, 5)
+        axis.set_ylim(-9, 5)
     for number, axis in enumerate(axes.flat):
         axis.tick_params(labelbottom=number + columns >= len(found))
     for axis in axes.flat[len(found) :]:

@@ -3,8 +3,8 @@
 Roles were assigned before any fit: ``fit`` runs calibrate the ends, ``judge`` runs are held out. On one
 winding no load has both roles. After the judge runs had shown where the rod has its largest errors, fit runs
 were added: the pair 2+3, two unequal pairs and six triples, two runs at a pitch of 6 mm, and two of six
-helices. Pairs at other orientations were added as judge runs, then fit runs to the ends of the range, and last
-judge runs on a path on which cells lean over, which maps err most on.
+helices. Pairs at other orientations were added as judge runs, then fit runs to the ends of the range, and
+last judge runs on a path on which cells lean over, which maps err most on.
 """
 
 import math

@@ -42,7 +42,7 @@ def test_nine_states_in_ten_keep_the_stated_bound(shares: dict[str, Any], quanti
         assert row["states"] < _FEW or row[quantity] >= 0.8, name
 
 
-# 7 of 10: three of the four at a pitch of 6 mm are beyond, by its borrowed ends and, from 45 kPa on, by its mesh.
+# 7 of 10: three of the four at a pitch of 6 mm are beyond, by its ends and, from 45 kPa on, by its mesh.
 too_few = pytest.mark.xfail(strict=True, reason="one chamber at a pitch of 6 mm")
 
 

@@ -63,7 +63,7 @@ def test_the_rod_is_as_near_as_the_documentation_says(verdict: Verdict) -> None:
     stiffer = 1.0 - (1.0 - actuator.base_lag / whole) ** 3
     assert judge["response_percent"]["worst"] <= 50.0 * stiffer
     # Below 52 kPa no worse than the law that went no further, 1.26, and the rounding of it.
-    assert report_rods(below(verdict, 52e3))[PAPER]["tip_percent"]["worst"] <= 1.31
+    assert report_rods(leaning(below(verdict, 52e3), False))[PAPER]["tip_percent"]["worst"] <= 1.31
     assert judge["tip_percent"]["p95"] <= 2.0
 
 

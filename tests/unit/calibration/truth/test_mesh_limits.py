@@ -131,8 +131,8 @@ def test_the_table_that_ships_is_of_intervals_around_one():
     assert ratios
     for one in ratios:
         assert len(one.pressure) == len(one.least) == len(one.most)
-        # Some 20 mm² each.
-        assert all(abs(change) < 2e-6 for row in one.volume_change for change in row)
+        # Some 20 to 70 mm² each; the coarse mesh lacks 6 % of the latter, at a pitch of 6 mm and 50 kPa.
+        assert all(abs(change) < 4e-6 for row in one.volume_change for change in row)
         for least, most in zip(one.least, one.most, strict=True):
             assert 0.85 < least <= most < 1.15
 

@@ -17,6 +17,8 @@ QUARTER, SIX = "double-helix, pitch 3 mm, ψ = 90°", "six-helix, pitch 3 mm"
 TURNED = "double-helix, pitch 3 mm, ψ = 45°"
 CARRIED = (TURNED, SIX)
 TIP = 2.0
+# Tip of ψ = 0 below 52 kPa: no worse than the law that went no further, 1.26, and the rounding of it.
+BELOW_52 = 1.31
 # A path of three unequal pressures on which cells lean over, judged by itself.
 LEANING = "triple-51-17-20"
 
@@ -62,8 +64,7 @@ def test_the_rod_is_as_near_as_the_documentation_says(verdict: Verdict) -> None:
     whole = actuator.body_length + actuator.cap_length
     stiffer = 1.0 - (1.0 - actuator.base_lag / whole) ** 3
     assert judge["response_percent"]["worst"] <= 50.0 * stiffer
-    # Below 52 kPa no worse than the law that went no further, 1.26, and the rounding of it.
-    assert report_rods(leaning(below(verdict, 52e3), False))[PAPER]["tip_percent"]["worst"] <= 1.31
+    assert report_rods(leaning(below(verdict, 52e3), False))[PAPER]["tip_percent"]["worst"] <= BELOW_52
     assert judge["tip_percent"]["p95"] <= 2.0
 
 
@@ -83,7 +84,7 @@ def test_rods_of_all_windings_are_within_the_worst_that_is_asked(verdict: Verdic
         assert name in (TURNED, "all") or figures["plane_deg"]["worst"] <= 2.0, name
 
 
-# At ψ = 0 γ is 3.8° off, beside (51, 17, 20) kPa; at ψ = 90° θ by 9.3°, γ by 8.8° and the tip by 9.2 %.
+# At (51, 17, 20) kPa and ψ = 0 γ is 3.8° off and the tip 1.6 %; at ψ = 90° θ 9.3°, γ 8.8°, the tip 9.2 %.
 leans = pytest.mark.xfail(strict=True, reason="the actuator leans by 0.7 of what its section does")
 
 
@@ -91,6 +92,7 @@ leans = pytest.mark.xfail(strict=True, reason="the actuator leans by 0.7 of what
     ("name", "figure", "bar"),
     [
         (PAPER, "tip_percent", TIP),
+        pytest.param(PAPER, "tip_percent", BELOW_52, marks=leans),
         (PAPER, "angle_deg", 3.0),
         pytest.param(PAPER, "plane_deg", 2.0, marks=leans),
         pytest.param(QUARTER, "tip_percent", TIP, marks=leans),

@@ -131,10 +131,23 @@ def test_the_table_that_ships_is_of_intervals_around_one():
     assert ratios
     for one in ratios:
         assert len(one.pressure) == len(one.least) == len(one.most)
-        # Some 20 to 70 mm² each; the coarse mesh lacks 6 % of the latter, at a pitch of 6 mm and 50 kPa.
-        assert all(abs(change) < 4e-6 for row in one.volume_change for change in row)
         for least, most in zip(one.least, one.most, strict=True):
             assert 0.85 < least <= most < 1.15
+
+
+coarse = pytest.mark.xfail(
+    strict=True, reason="3.8 of 68 mm² at a pitch of 6 mm, 2.8 and 2.1 at ψ = 30° and 12°, where they lean"
+)
+
+
+@pytest.mark.parametrize("mesh", [pytest.param("coarse", marks=coarse), "others"])
+def test_volumes_change_by_a_tenth_at_most(mesh: str) -> None:
+    """Of some 20 mm² each."""
+    of_mesh = [
+        one for one in load_limits(SHIPPED_LIMITS).ratios if (one.mesh == "coarse") == (mesh == "coarse")
+    ]
+    assert of_mesh
+    assert all(abs(change) < 2e-6 for one in of_mesh for row in one.volume_change for change in row)
 
 
 @pytest.mark.parametrize(

@@ -139,7 +139,8 @@ class PathFollower(Generic[State, Load, Linear, Move, Viscous]):
                 done, failed = done + step, []
                 continue
             failed.append((target, step))
-            if done + step >= length and step < missed and not self._creeps:
+            over = not self._unstable or self._tells(step)
+            if done + step >= length and step < missed and over and not self._creeps:
                 if not self._relax(target, step):
                     raise self._error(step)
                 relaxed = step
@@ -191,7 +192,7 @@ class PathFollower(Generic[State, Load, Linear, Move, Viscous]):
         self.step, self._longest = 0.5 * step, own.after_failure * step
         if len(failed) <= own.halvings and self.step >= own.shortest:
             return 0.0
-        ends = self.step < own.shortest or (self._unstable and not self._creeps)
+        ends = self.step < own.shortest or (self._unstable and not self._creeps and self._tells(step))
         goal, distance = failed[0] if self._creeps else failed[-1]
         if (self._creeps or ends) and self._relax(goal, distance):
             return distance
@@ -199,6 +200,18 @@ class PathFollower(Generic[State, Load, Linear, Move, Viscous]):
             raise self._error(step)
         failed.clear()
         return 0.0
+
+    def _tells(self, step: float) -> bool:
+        """Whether a step that fails tells a loss of balance, and not one that is too long.
+
+        The load itself moves a body on its branch. Only where that is well within the slide does a body that
+        relaxes beyond the slide leave the branch.
+        """
+        if not self._earlier:
+            return False
+        own, (before, back) = self.options.continuation, self._earlier[0]
+        moved = self.problem.distance(before, self.equilibrium.configuration)
+        return moved * step <= own.own_motion * own.slide * back
 
     def _error(self, step: float) -> PathError:
         """Error for a path whose next step, down to this length, does not converge."""

@@ -205,6 +205,8 @@ class ContinuationOptions:
     predictor_cuts: int = 6
     #: Displacement of a node up to which a body that loses its balance slides and does not jump [mm].
     slide: float = 0.1
+    #: Share of that slide by which the load itself may move a body over a step that tells a loss of balance.
+    own_motion: float = 0.5
     #: Rest of a leg at which a path that is to end at an instability ends where its goal fails.
     missed_share: float = 0.05
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fem_reference.algebra.factorisation import PardisoSolver
-from fem_reference.errors import NewtonError
+from fem_reference.errors import NewtonError, UnstableError
 from fem_reference.solver import PathError, PathFollower, SolverOptions, continuation, solve_equilibrium
 from fem_reference.solver.viscous_relaxation import relax
 from tests.diagonal_problem import FOLD, Diagonal, Push, double_well, tolerate, well_minimum
@@ -120,6 +120,29 @@ def test_a_goal_without_an_equilibrium_ends_a_path_that_is_not_to_jump_from_near
     assert 0.5 * missed <= left < missed
     assert tried.count(10.0) > 1
     assert max(tried[:-1]) == 10.0 == tried[-1]
+
+
+@pytest.mark.parametrize("beyond", [5.0, 10.3])
+def test_iterations_that_fail_over_a_long_step_are_no_loss_of_balance(monkeypatch, beyond):
+    """The load itself takes this body farther than the slide in every such step: only shorter ones can tell.
+
+    Beyond a load steps of more than 0.1 N fail as at a loss of balance: on the way, or at the end of the leg.
+    """
+    at = [0.0]
+
+    def solve(problem, solver, target, *arguments, **named):
+        load = float(target.pressure[0])
+        if load > beyond and load - at[-1] > 0.1:
+            raise UnstableError("no equilibrium after 8 steps with another stiffness")
+        found = solve_equilibrium(problem, solver, target, *arguments, **named)
+        at.append(load)
+        return found
+
+    along = follower(Diagonal(lambda x: x, np.ones_like, 1, reach=20.0), 0.0, creeps=False)
+    monkeypatch.setattr(continuation, "solve_equilibrium", solve)
+    found = along.follow(Push(np.full(1, 10.5)))
+    np.testing.assert_allclose(found.configuration, 10.5, rtol=0, atol=SETTLED)
+    assert not along.jumped
 
 
 def test_the_solver_may_be_used_by_others_between_two_goals():

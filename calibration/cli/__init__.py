@@ -64,9 +64,13 @@ def _run(options: argparse.Namespace, command: str) -> int:
     except ValueError as error:
         raise BadInputError(f"--design {options.design}: {error}") from error
     directory = Path(options.out)
+    if options.retry and options.extend is None:
+        raise BadInputError(
+            "--retry: got it without --extend, expected a dataset whose paths are tried again"
+        )
     try:
         if options.extend is not None:
-            restore_run(read_dataset(options.extend), directory, plan, plan.material)
+            restore_run(read_dataset(options.extend), directory, plan, plan.material, options.retry)
         description = open_run(directory, plan, command, plan.material)
         paths = plan.design()
         tracer = CellTracer(plan.actuator, plan.level, plan.end_compliance)
@@ -238,6 +242,11 @@ def _parser() -> Parser:
         default=None,
         metavar="DATASET",
         help="dataset of the same run with fewer paths, whose states are not computed again",
+    )
+    run.add_argument(
+        "--retry",
+        action="store_true",
+        help="with --extend: compute again the paths of that dataset that ended before their last load",
     )
     run.add_argument("--workers", type=count, default=2, help="processes, one thread each")
     run.add_argument(

@@ -19,7 +19,9 @@ _OF_THE_DATASET = ("failures", "unstable", "paths")
 _OFF = 1e-9
 
 
-def restore_run(dataset: xr.Dataset, directory: Path, plan: RunPlan, material: Mapping[str, Any]) -> None:
+def restore_run(
+    dataset: xr.Dataset, directory: Path, plan: RunPlan, material: Mapping[str, Any], retry: bool = False
+) -> None:
     """Write a run's directory as it was when its dataset was built, with all its paths finished.
 
     A directory that already holds a run is not changed: the same command resumes an interrupted run.
@@ -29,6 +31,7 @@ def restore_run(dataset: xr.Dataset, directory: Path, plan: RunPlan, material: M
     dataset : dataset of the run.
     directory : directory to write; created if missing.
     plan, material : plan and material of the extended run, with any number of paths.
+    retry : leave out the paths that ended before their last load, so that they are computed again.
 
     Raises
     ------
@@ -45,6 +48,8 @@ def restore_run(dataset: xr.Dataset, directory: Path, plan: RunPlan, material: M
     names = dataset["path"].values
     values = {name: dataset[name].values for name, *_ in VARIABLES}
     for path in np.unique(names):
+        if retry and path in ends:
+            continue
         rows = np.flatnonzero(names == path)
         states = [{name: column[row].tolist() for name, column in values.items()} for row in rows]
         end = ends.get(path, {"attempts": int(values["attempt"][rows].max())})

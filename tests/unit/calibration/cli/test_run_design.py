@@ -131,3 +131,10 @@ def test_a_design_that_no_run_can_have_is_refused_in_one_line(old, new, told, tm
     assert line.count("\n") == 1
     assert re.search(rf"--design.*{told}", line)
     assert not (tmp_path / "run").exists()
+
+
+def test_there_is_nothing_to_retry_without_a_dataset(capsys, tmp_path):
+    status = main(["run", "--retry", "--out", str(tmp_path / "run")])
+    assert status == 2
+    assert "--retry: got it without --extend" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()

@@ -1,5 +1,6 @@
 """A run that was restored from its dataset holds the same states, and goes on with more paths."""
 
+import json
 from dataclasses import replace
 
 import pytest
@@ -37,6 +38,16 @@ def test_it_goes_on_with_the_paths_that_are_not_in_the_dataset(dataset, tmp_path
     assert len(records) == 42
     assert all(record.end is not None for record in records.values())
     assert before.items() <= {file.name: file.read_text() for file in (tmp_path / "paths").iterdir()}.items()
+
+
+def test_paths_that_ended_early_are_tried_again_where_that_is_asked_for(dataset, tmp_path):
+    lost, failed, *others = (path.name for path in PLAN.design())
+    ended = dataset.assign_attrs(
+        unstable=json.dumps({lost: {"unstable": None, "attempts": 1}}),
+        failures=json.dumps({failed: {"failure": "no convergence", "reached": None, "attempts": 2}}),
+    )
+    restore_run(ended, tmp_path, PLAN, MATERIAL, retry=True)
+    assert {file.stem for file in (tmp_path / "paths").iterdir()} == set(others)
 
 
 def test_a_directory_that_holds_a_run_is_left_alone(dataset, tmp_path):

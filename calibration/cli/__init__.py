@@ -20,6 +20,7 @@ from calibration.cli._arguments import (
     positive,
     refuse_unwritable,
     run_command,
+    seed,
 )
 from calibration.cli._files import read_calibration_file, read_dataset, write_calibration_file
 from calibration.cli._pressures import add_pressures, add_single, with_pressures, with_single
@@ -256,7 +257,7 @@ def _parser() -> Parser:
         help="address of a dask scheduler to use in place of local processes; it must be trusted",
     )
     run.add_argument("--paths", type=count, default=100, help="loading paths, every fifth of them held out")
-    run.add_argument("--seed", type=int, default=0, help="seed of the design")
+    run.add_argument("--seed", type=seed, default=0, help="seed of the design")
     run.add_argument(
         "--around",
         type=int,
@@ -329,7 +330,7 @@ def _parser() -> Parser:
         help=f"hidden functions of the pressures (default: {_FEATURES})",
     )
     fit.add_argument("--iterations", type=count, default=100, help="maximum iterations of the final training")
-    fit.add_argument("--seed", type=int, default=0, help="seed of the first start")
+    fit.add_argument("--seed", type=seed, default=0, help="seed of the first start")
     add_pressures(fit, "", "")
     add_single(fit)
     fit.set_defaults(command=_fit)

@@ -9,6 +9,9 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
+# Largest seed: that of a word of 64 bits, which all generators take.
+_MOST_SEED = 2**63 - 1
+
 GOOD, BAD_INPUT, NOT_CONVERGED = 0, 2, 3
 #: Exit status after Ctrl-C, as in shells.
 INTERRUPTED = 130
@@ -97,6 +100,13 @@ def _checked(expected: str, valid: Callable[[float], bool]) -> Callable[[str], f
 number = _checked("a finite number", math.isfinite)
 not_negative = _checked("a number that is not negative", lambda value: math.isfinite(value) and value >= 0)
 positive = _checked("a positive number", lambda value: math.isfinite(value) and value > 0)
+
+
+def seed(text: str) -> int:
+    """Parse the seed of random numbers, a whole number of 0 or more."""
+    if not text.isdecimal() or int(text) > _MOST_SEED:
+        raise argparse.ArgumentTypeError(f"got {text!r}, expected a whole number from 0 to {_MOST_SEED}")
+    return int(text)
 
 
 def count(text: str) -> int:

@@ -5,7 +5,16 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from calibration.cli._arguments import GOOD, NOT_CONVERGED, BadInputError, Parser, complain, count, json_text
+from calibration.cli._arguments import (
+    GOOD,
+    NOT_CONVERGED,
+    BadInputError,
+    Parser,
+    complain,
+    count,
+    json_text,
+    seed,
+)
 from calibration.cli._files import read_calibration_file, read_dataset, read_truth
 
 _NOWHERE = "the law has no equilibrium at some held-out states"
@@ -36,7 +45,7 @@ def add_to(commands: "argparse._SubParsersAction[Parser]") -> Parser:
         "--compare", action="store_true", help="fit other forms of the law to the same states"
     )
     report.add_argument("--iterations", type=count, default=100, help="iterations of the compared network")
-    report.add_argument("--seed", type=int, default=0, help="seed of the compared network")
+    report.add_argument("--seed", type=seed, default=0, help="seed of the compared network")
     report.set_defaults(command=_report)
     return report
 

@@ -16,6 +16,7 @@ from calibration.cli._arguments import (
     not_negative,
     positive,
     refuse_unwritable,
+    seed,
 )
 from calibration.cli._files import read_calibration_file, read_design_file, write_calibration_file
 
@@ -53,7 +54,7 @@ def add_to(commands: Any) -> argparse.ArgumentParser:
     )
     add("--elements", default="coarse", help="mesh level (default: coarse)")
     add("--paths", type=count, default=30, help="loading paths, every fifth of them held out")
-    add("--seed", type=int, default=0, help="seed of the paths")
+    add("--seed", type=seed, default=0, help="seed of the paths")
     add("--workers", type=count, default=2, help="processes, one thread each")
     add("--out", required=True, help="directory of the sweep")
     parser.set_defaults(command=_run)

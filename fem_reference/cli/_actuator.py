@@ -213,7 +213,7 @@ def _text(record: dict[str, Any]) -> str:
         [
             f"pressures          {row(record['pressure_kpa'])} kPa ({stable})",
             f"bending angle      {record['bending_angle_deg']:.3f} deg",
-            f"bending plane      {record['bending_plane_deg']:.2f} deg",
+            f"bending plane      {round(record['bending_plane_deg'], 2) % 360.0:.2f} deg",
             f"tip position       {row(record['tip_position_mm'], '{:.3f}')} mm",
             f"chamber volumes    {row(record['chamber_volume_mm3'], '{:.1f}')} mm³",
             f"base force         {row(record['base_force_n'])} N",

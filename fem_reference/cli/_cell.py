@@ -154,7 +154,7 @@ def _text(record: dict[str, Any], length: float) -> str:
         [
             f"pressures          {row(record['pressure_kpa'])} kPa ({stable})",
             f"bending angle      {record['bending_angle_deg']:.3f} deg over {length:g} mm, uniformly bent",
-            f"bending plane      {record['bending_plane_deg']:.2f} deg",
+            f"bending plane      {round(record['bending_plane_deg'], 2) % 360.0:.2f} deg",
             f"curvature          {row(record['curvature_per_m'])} 1/m",
             f"moment             {row(record['moment_nmm'])} N mm",
             f"stretch            {record['stretch']:.5f} along the rod",

@@ -39,12 +39,27 @@ def _run(options: argparse.Namespace) -> int:
     target = _target(options)
     loads = loads_of(options)
     found = load_rod(options).inverse(**target, **loads, throw=False)
+    if found.solution.result.name == "bad_input":
+        raise InputError(_beyond(options))
     record = inverse_record(found, is_bend="bending_angle" in target)
     print(json.dumps(record) if options.json else inverse_text(record))
     if record["reached"]:
         return GOOD
     print(f"rodmodel: {not_reached(record)}", file=sys.stderr)
     return NO_CONVERGENCE
+
+
+def _beyond(options: argparse.Namespace) -> str:
+    """Say which target is beyond what is searched for, or else that a load is."""
+    if options.tip_position_mm is not None:
+        return (
+            f"--tip-position-mm: got {' '.join(options.tip_position_mm)!r}, expected a target within ten "
+            "lengths of the actuator, in millimetres, and loads that can be computed with"
+        )
+    return (
+        f"--bending-angle-deg: got {' '.join(options.bending_angle_deg)!r}, expected at most 570 deg, and "
+        "loads that can be computed with"
+    )
 
 
 def not_reached(record: dict[str, Any]) -> str:

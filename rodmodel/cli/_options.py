@@ -91,7 +91,7 @@ def find_calibration(options: argparse.Namespace) -> Found:
         layout = options.layout
     if options.psi_deg is not None:
         (psi_deg,) = numbers("--psi-deg", options.psi_deg, 1, "one finite angle [deg]", negative=True)
-        psi = math.radians(psi_deg)
+        psi = math.radians(math.remainder(psi_deg, 360.0))
     if options.pitch_mm is not None:
         (pitch_mm,) = numbers("--pitch-mm", options.pitch_mm, 1, _PITCH, negative=False)
         if pitch_mm == 0.0:

@@ -27,6 +27,8 @@ from rodmodel.view import prediction_record, prediction_text
 if TYPE_CHECKING:
     import rodmodel.control
 
+# Largest component of a rotation vector [deg]: of more turns, rounding decides the rest.
+_MOST_TURN = 1e6
 _PRESSURES = "three gauge pressures, one for each chamber, each 0 or more [kPa]"
 
 
@@ -107,6 +109,11 @@ def _more_of(options: argparse.Namespace) -> dict[str, Any]:
     moment = components("--follower-moment-nmm", options.follower_moment_nmm, "N mm", cap)
     position = components("--base-position-mm", options.base_position_mm, "mm", world)
     turn_deg = components("--base-rotation-deg", options.base_rotation_deg, "deg", world)
+    if turn_deg is not None and np.abs(turn_deg).max() > _MOST_TURN:
+        raise InputError(
+            f"--base-rotation-deg: got {' '.join(options.base_rotation_deg)!r}, expected angles of at most "
+            f"{_MOST_TURN:g} deg"
+        )
     return {
         "distributed_force": components(
             "--distributed-force-n-per-m", options.distributed_force_n_per_m, "N/m"

@@ -92,8 +92,9 @@ def inverse(
     answer = _answer(rod, _search(rod, points, is_bend, loads, 1)[0], loads)
     if throw and not answer.solution.converged:
         raise RuntimeError(
-            "inverse: got a target that is not finite, a negative angle or beyond 1000 rod lengths or "
-            "radians, or a load that is not finite; expected others; throw=False flags this instead"
+            "inverse: got a target that is not finite, a negative angle or beyond 10 rod lengths or 10 rad "
+            "(is it in millimetres, or degrees?), or a load that is not finite; expected others; throw=False "
+            "flags this instead"
             if answer.solution.result is Result.bad_input
             else f"inverse: {answer.solution.result.message}; throw=False flags this instead"
         )
@@ -180,6 +181,10 @@ def _search(
 ) -> np.ndarray:
     """Search for the pressures of every target; return records of `rm_inverse_result`."""
     count = len(points)
+    if any(rod.domain.pressure_min):
+        raise ValueError(
+            "rod: got one of a snapped branch, expected the loading branch's: no inverse crosses a limit"
+        )
     for name, value in loads.items():
         if value is not None:
             numbers_of(name, value, ((3,), (count, 3)) if count > 1 else ((3,),))

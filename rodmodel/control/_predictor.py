@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rodmodel.control._of_rod import core_of
-from rodmodel.core import INPUT, JACOBIAN, SOLUTION, CoreRod, Numbers, ffi, lib
+from rodmodel.core import INPUT, JACOBIAN, SOLUTION, CoreRod, Numbers, checked_steps, ffi, lib
 
 # Attribute look-ups would count beside a call of microseconds.
 from_buffer, NULL, asarray, make = ffi.from_buffer, ffi.NULL, np.asarray, tuple.__new__
@@ -96,8 +96,7 @@ class Predictor:
             )
         if solver is not None:
             steps, tolerance = solver.steps, tolerance if solver.tolerance is None else solver.tolerance
-        if steps < 1:
-            raise ValueError(f"steps: got {steps}, expected 1 or more")
+        steps = checked_steps(steps)
         self.rod = rod
         self.loads = tuple(loads)
         self._core = core_of(rod)

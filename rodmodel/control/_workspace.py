@@ -61,6 +61,10 @@ def workspace(
     threads : number of threads that share the samples.
     """
     domain = rod.domain
+    if any(domain.pressure_min):
+        raise ValueError("rod: got one of a snapped branch, expected the loading branch's")
+    if samples < 1:
+        raise ValueError(f"samples: got {samples}, expected 1 or more")
     faces = [_face(domain, chamber, samples // 4) for chamber in range(3)]
     inside = _inside(domain, samples - 3 * (samples // 4))
     alone = _alone(domain)

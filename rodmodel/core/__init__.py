@@ -12,6 +12,7 @@ from rodmodel.core._native import lib as lib
 from rodmodel.core._rod import CoreJacobian as CoreJacobian
 from rodmodel.core._rod import CoreRod as CoreRod
 from rodmodel.core._rod import Numbers as Numbers
+from rodmodel.core._rod import checked_steps as checked_steps
 from rodmodel.core._rod import in_parts as in_parts
 from rodmodel.core._solution import CoreSolution as CoreSolution
 from rodmodel.core._solution import Result as Result

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 #: Input of numbers: an array, a list, or a single number.
 Numbers = ArrayLike | Sequence[float] | float
 
+# Loosest tolerance that the core takes [rad].
+_LOOSEST = 0.01
 # Default number of steps along the rod.
 _STEPS = 32
 # Largest number to which the steps are doubled for a rod that bends too sharply.
@@ -98,9 +100,8 @@ class CoreRod:
         """Return the rod of a calibration on a snapped branch."""
         calibration = found.calibration
         law = law_data(sheet.law.law, sheet.turns, sheet.mirrored)
-        bound = sheet.law.error_bound
-        handle = Handle(law, calibration.actuator, sheet.domain, bound, variant)
-        return cls(handle, calibration.actuator, sheet.domain, bound)
+        handle = Handle(law, calibration.actuator, sheet.domain, sheet.bound, variant)
+        return cls(handle, calibration.actuator, sheet.domain, sheet.bound)
 
     @classmethod
     def linear(
@@ -182,7 +183,7 @@ class CoreRod:
                 "base_rotation": base_rotation,
             }
         )
-        count = _checked_steps(steps)
+        count = checked_steps(steps)
         solution = self._solve(given, count, start)
         while steps is None and solution.result is Result.unresolved and count < _MOST_STEPS:
             count *= 2
@@ -218,7 +219,7 @@ class CoreRod:
         dead = {"pressure": pressure, "tip_force": tip_force, "tip_moment": tip_moment, "gravity": gravity}
         given = row_of({**dead, **loads})
         s = np.ascontiguousarray(np.ravel(np.asarray(arc_lengths, float)))
-        count = _checked_steps(steps)
+        count = checked_steps(steps)
         record, nodes = np.zeros(1, SOLUTION), np.zeros(count + 1, NODE)
         by_input = np.zeros(1, JACOBIAN)
         along = np.zeros((2, s.size, 3, 12))
@@ -277,7 +278,7 @@ class CoreRod:
         """
         inputs = rows_of(given)
         found = np.zeros(inputs.size, SOLUTION)
-        options = self.options(_checked_steps(steps), volumes, tolerance)
+        options = self.options(checked_steps(steps), volumes, tolerance)
 
         def part(first: int, last: int) -> None:
             rows = max(last - first, 0)
@@ -341,6 +342,8 @@ class CoreRod:
         options.steps = steps
         options.ask = lib.RM_VOLUMES if volumes else 0
         if tolerance is not None:
+            if not 0.0 <= tolerance <= _LOOSEST:
+                raise ValueError(f"tolerance: got {tolerance}, expected 0 to {_LOOSEST:g} rad")
             options.tolerance = tolerance
         return options
 
@@ -373,11 +376,12 @@ def in_parts(part: Any, count: int, threads: int) -> None:
             done.result()
 
 
-def _checked_steps(steps: int | None) -> int:
+def checked_steps(steps: int | None) -> int:
+    """Return the steps along the rod, or refuse a number that is none."""
     if steps is None:
         return _STEPS
-    if steps < 1:
-        raise ValueError(f"steps: got {steps}, expected 1 or more")
+    if not isinstance(steps, int | np.integer) or steps < 1:
+        raise ValueError(f"steps: got {steps!r}, expected a whole number of 1 or more")
     return int(steps)
 
 

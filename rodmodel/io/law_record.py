@@ -61,6 +61,9 @@ def domain_of(record: Record) -> Domain:
     )
     if "pressure_min_pa" in record.content:
         domain = replace(domain, pressure_min=record.three("pressure_min_pa"))
+        for least, most in zip(domain.pressure_min, domain.pressure_max, strict=True):
+            if least > most:
+                raise record.error("pressure_min_pa", f"{least:g}", f"at most the largest pressure, {most:g}")
     if {"single_max_pa", "single_beside_pa"} & set(record.content):
         domain = replace(
             domain,

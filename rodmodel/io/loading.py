@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, final
 
 from rodmodel.actuator import Domain, Layout, Number
+from rodmodel.error_bound import ErrorBound
 from rodmodel.io.calibration_file import Calibration, read_calibration
 from rodmodel.io.calibration_text import calibration_record, layout_text
-from rodmodel.io.snapped import SnappedLaw
+from rodmodel.io.snapped import SnappedLaw, snapped_bound
 
 if TYPE_CHECKING:
     import rodmodel.control
@@ -26,6 +27,8 @@ _IMAGES = {
 }
 # Largest difference between equal orientations [rad] and equal pitches [m]: a change of units rounds.
 _SAME = 1e-9
+# Largest orientation [rad]: more than a turn, and less than most angles in degrees.
+_MOST_PSI = 8.0
 
 
 class CalibrationNotFoundError(ValueError):
@@ -182,6 +185,7 @@ class SnappedSheet:
     law : the law.
     turns, mirrored : see `Found`.
     domain : the law's domain, with the chambers numbered as in the rod's section.
+    bound : bound of the errors.
     """
 
     chamber: int
@@ -190,11 +194,13 @@ class SnappedSheet:
     turns: int
     mirrored: bool
     domain: Domain
+    bound: ErrorBound
 
 
 def snapped_sheets(found: Found) -> tuple[SnappedSheet, ...]:
     """Return the snapped branches of a layout: the calibration's, and their images by symmetry."""
     sheets: dict[tuple[int, int], SnappedSheet] = {}
+    bound = snapped_bound(found.calibration.snapped)
     for law in found.calibration.snapped:
         for turns, mirrored in _IMAGES[found.calibration.law.symmetry]:
             # First the section's own image, then the one that the layout asks for.
@@ -203,7 +209,7 @@ def snapped_sheets(found: Found) -> tuple[SnappedSheet, ...]:
             place = (1 - law.chamber if flipped else law.chamber - 1) + turn
             key = (place % 3 + 1, -law.side if flipped else law.side)
             domain = _renumbered(law.domain, turn, flipped)
-            sheets.setdefault(key, SnappedSheet(*key, law, turn, flipped, domain))
+            sheets.setdefault(key, SnappedSheet(*key, law, turn, flipped, domain, bound))
     return tuple(sheets.values())
 
 
@@ -236,6 +242,10 @@ def find_among(known: Sequence[Calibration], layout: str, psi: float, pitch: flo
 def _check(psi: float, pitch: float) -> None:
     if not math.isfinite(psi):
         raise ValueError(f"psi: got {psi}, expected a finite angle [rad]")
+    if abs(psi) > _MOST_PSI:
+        raise ValueError(
+            f"psi: got {psi:g} rad, expected {-_MOST_PSI:g} to {_MOST_PSI:g} rad; is it in degrees?"
+        )
     if not (math.isfinite(pitch) and pitch > 0.0):
         raise ValueError(f"pitch: got {pitch}, expected a positive length [m]")
 

@@ -77,6 +77,8 @@ RANGES: Mapping[str, Range] = {
     "error.free_bending_angle_rad.worst": _ANGLE_ERROR,
     "error.actuator_angle_rad.p90": _ANGLE_ERROR._replace(optional=True),
     "error.measured_angle_rad.p90": _ANGLE_ERROR._replace(optional=True),
+    "error.actuator.angle_rad": _ANGLE_ERROR._replace(optional=True),
+    "error.actuator.tip_m": Range(0.0, 10.0, "m", optional=True),
 }
 
 #: Ranges of adjustment files, which `rodmodel.io.adjustment_file` reads; for their layout, those above.

@@ -5,7 +5,7 @@
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -41,17 +41,20 @@ class SnappedLaw:
     error: Mapping[str, Any]
     provenance: Mapping[str, Any]
 
-    @property
-    def error_bound(self) -> ErrorBound:
-        """Bound of the errors: the largest against runs of the full actuator, where there are any.
 
-        A sheet without such runs has a bound that says nothing, half a turn.
-        """
-        actuator = self.error.get("actuator")
-        if actuator is None:
-            return ErrorBound.constant(math.pi)
-        angle, tip = float(actuator["angle_rad"]), float(actuator["tip_m"])
-        return ErrorBound((0.0,), (angle,), (tip,), 0.0, 0.0)
+def snapped_bound(laws: Sequence[SnappedLaw]) -> ErrorBound:
+    """Return the bound of the errors on all snapped branches of a calibration.
+
+    It is the largest against runs of the full actuator and, of θ, against held-out cells. A sheet has a run
+    or two, which tell nothing of it alone; the walls snap in the same way on all of them. Without any run the
+    bound says nothing, half a turn.
+    """
+    runs = [law.error["actuator"] for law in laws if "actuator" in law.error]
+    if not runs:
+        return ErrorBound.constant(math.pi)
+    cells = [law.error["free_bending_angle_rad"] for law in laws if "free_bending_angle_rad" in law.error]
+    angle = max(float(value) for value in [*(r["angle_rad"] for r in runs), *(c["worst"] for c in cells)])
+    return ErrorBound((0.0,), (angle,), (max(float(run["tip_m"]) for run in runs),))
 
 
 def snapped_content(laws: tuple[SnappedLaw, ...]) -> list[dict[str, Any]]:
@@ -86,6 +89,17 @@ def _snapped(record: Record) -> SnappedLaw:
         side=record.take("side", "1 or -1", lambda value: type(value) is int and value in (-1, 1)),
         law=law,
         domain=domain_of(record.record("domain")),
-        error=record.record("error").content,
+        error=_error(record.record("error")),
         provenance=record.record("provenance").content,
     )
+
+
+def _error(record: Record) -> dict[str, Any]:
+    """Return the errors of a sheet; those that its bound is made of are checked."""
+    if "free_bending_angle_rad" in record.content:
+        record.record("free_bending_angle_rad").number("worst")
+    if "actuator" in record.content:
+        actuator = record.record("actuator")
+        for figure in ("angle_rad", "tip_m"):
+            actuator.number(figure)
+    return record.content

@@ -20,6 +20,7 @@ from rodmodel.statics import (
     cap_centre,
     into_base,
     result_of,
+    shears_little,
     solve_shape,
     tip_offset,
 )
@@ -79,7 +80,9 @@ def solve_rod(
     pressure_in_domain = rod.domain.covers_pressure(pressure)
     curvatures, _ = shape.samples()
     covered = jax.vmap(rod.domain.covers_moment)(jax.vmap(law.moment)(curvatures))
-    in_domain = good & pressure_in_domain & jnp.all(covered)
+    in_domain = (
+        good & pressure_in_domain & jnp.all(covered) & shears_little(loads, rod.actuator, pressure.dtype)
+    )
     positions, rotations = shape.poses()
     tip_rotation, tangents = mount @ rotations[-1], rotations[:, :, 2] @ mount.T
     tip_position = mount @ cap_centre(rod.actuator, offset, positions[-1], rotations[-1])

@@ -9,6 +9,7 @@ from rodmodel.statics._ends import cap_centre as cap_centre
 from rodmodel.statics._ends import tip_offset as tip_offset
 from rodmodel.statics._loads import Loads as Loads
 from rodmodel.statics._loads import into_base as into_base
+from rodmodel.statics._loads import shears_little as shears_little
 from rodmodel.statics._shooting import ShootingState as ShootingState
 from rodmodel.statics._solution import RESULTS as RESULTS
 from rodmodel.statics._solution import Numbers as Numbers

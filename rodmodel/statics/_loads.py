@@ -4,11 +4,13 @@ from typing import NamedTuple, final
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from rodmodel.actuator import Actuator
 
 Vector = Float[Array, "3"]
+# Largest angle by which the forces may shear a section: that grows with the force as long as it is small.
+_SHEARED = 0.2
 
 
 @final
@@ -78,6 +80,14 @@ def resultants(loads: Loads, actuator: Actuator, dtype: jnp.dtype) -> Resultants
         follower_moment=or_zero(loads.follower_moment),
         follower_force=loads.follower_force,
     )
+
+
+def shears_little(loads: Loads, actuator: Actuator, dtype: jnp.dtype) -> Bool[Array, ""]:
+    """Return whether forces shear sections by no more than the angle to which that grows with the force."""
+    total = resultants(loads, actuator, dtype)
+    forces = [total.end_force, total.body_force, total.follower_force]
+    norms = jnp.stack([jnp.sqrt(jnp.sum(force * force)) for force in forces if force is not None])
+    return jnp.asarray(actuator.shear_compliance * jnp.sum(norms) <= _SHEARED)
 
 
 def into_base(loads: Loads, rotation: Float[Array, "3 3"]) -> Loads:

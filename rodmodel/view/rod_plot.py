@@ -98,7 +98,7 @@ def _title(poses: list[Pose]) -> str:
     (pose,) = poses
     error = "beyond the calibration: an extrapolation"
     if np.isfinite(pose.error_deg):
-        error = f"within {pose.error_deg:.2g}° in 90 % of states"
+        error = f"within {pose.error_deg:.2g}°"
     plane = "straight" if pose.straight else f"γ = {pose.plane_deg}"
     tip = ", ".join(f"{x:.1f}".replace("-", "−") for x in np.round(pose.tip, 1) + 0.0)
     title = f"{pose.pressures}:  θ = {pose.angle_deg:.1f}° ({error}),  {plane},  tip ({tip}) mm"

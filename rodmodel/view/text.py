@@ -62,11 +62,16 @@ def prediction_text(record: dict[str, Any]) -> str:
         plane = f"{'–':>10s}"  # the rod is straight
     error, tip = (record["error_estimate"][name] for name in ("bending_angle_deg", "tip_mm"))
     if error is None:
-        trust = "the moment in the rod is beyond the calibration: an extrapolation"
+        trust = "the moment or the force in the rod is beyond the calibration: an extrapolation"
     else:
-        trust = f"within {error:.2g} deg in 90 % of states"
+        snapped = record["branch"] == "snapped"
+        known = "in the few states that are known" if snapped else "in 90 % of states"
+        trust = f"within {error:.2g} deg {known}"
     where = "centre of the cap's outer face" + ("" if tip is None else f", within {tip:.2g} mm")
     branch = _BRANCHES[record["branch"]]
+    if record.get("snapped_by_chamber"):
+        towards = "larger" if record["snapped_side"] > 0 else "smaller"
+        branch += f", by chamber {record['snapped_by_chamber']} to {towards} bending planes"
     if record.get("other_branch_possible"):
         branch += "; with another past, another branch is possible"
     return "\n".join(

@@ -102,6 +102,10 @@ def _tests(options: argparse.Namespace) -> "list[MaterialTest]":
         None if options.gauge_length_mm is None else 1e-3 * options.gauge_length_mm,
         None if options.area_mm2 is None else 1e-6 * options.area_mm2,
     )
+    if options.stretch_max is not None and options.stretch_max <= 1.0:
+        raise BadInputError(
+            f"--stretch-max: got {options.stretch_max:g}, expected more than 1, as 1.5 for a strain of 50 %"
+        )
     tests = []
     for mode in ("uniaxial", "planar", "biaxial"):
         for file in getattr(options, mode):

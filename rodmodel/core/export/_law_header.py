@@ -132,7 +132,7 @@ def _branches(sheets: "tuple[SnappedSheet, ...]") -> list[str]:
     lines: list[str] = []
     for name, sheet in zip(names, sheets, strict=True):
         declared = f"static const rm_rod {name}"
-        lines += [*_rod(declared, _sheet_law(sheet), f"{name}_", sheet.domain, sheet.law.error_bound), ""]
+        lines += [*_rod(declared, _sheet_law(sheet), f"{name}_", sheet.domain, sheet.bound), ""]
     rods = ", ".join(f"&{name}" for name in ("rod", *names))
     chambers = ", ".join(str(k) for k in (0, *(sheet.chamber for sheet in sheets)))
     sides = ", ".join(str(k) for k in (0, *(sheet.side for sheet in sheets)))

@@ -208,7 +208,7 @@ typedef struct {
     rm_real tip_error;              /* likewise of the tip's distance [m] */
     int result;                     /* enum rm_result */
     int stable;                     /* whether the second variation of the energy is positive */
-    int in_domain;                  /* whether pressures and moments are in the calibrated domain */
+    int in_domain;                  /* whether pressures, moments and forces are in the calibrated domain */
     int load_steps;
     int shots;                      /* number of integrations from base to end */
     int steps;                      /* number of steps between the nodes: 1 for an arc */
@@ -302,7 +302,8 @@ int rm_section_at(const rm_rod *rod, const rm_real *curvature, const rm_real *pr
 
 /* Find pressures in the domain, of single chambers to their own limits, that bring the rod to a target, with one
  * chamber at zero if the other two suffice; return the solution's `result`. The pressures of `input` are ignored.
- * Needs a workspace with a Jacobian. */
+ * Needs a workspace with a Jacobian. RM_BAD_INPUT for a target beyond 10 rod lengths or 10 rad, and for a rod of a
+ * snapped branch, which has least pressures. */
 int rm_inverse(const rm_rod *rod, const rm_target *target, const rm_input *input, const rm_options *options,
                rm_real *workspace, rm_inverse_result *result);
 
@@ -312,7 +313,7 @@ int rm_inverse_batch(const rm_rod *rod, const rm_target *targets, const rm_input
 
 /* Return the branch, an index of `rods`, under three pressures of an actuator that was on branch `before`; from rest, 0.
  * It stays on its branch to that branch's end. There it jumps: to the loading branch if that one has such a state, else
- * to that of the chamber with the largest pressure. If none has, it stays. */
+ * to that of the chamber with the largest pressure. If none has, it stays. A branch that is none counts as rest. */
 int rm_branch_at(const rm_branches *branches, const rm_real *pressure, int before);
 
 /* Return whether an actuator with another past may be on a branch of the other kind under these pressures. */

@@ -29,6 +29,9 @@ static int jump(const rm_branches *branches, const rm_real *pressure, int before
 
 static int branch_at(const rm_branches *branches, const rm_real *pressure, int before)
 {
+    if (before < 0 || before >= branches->count) {
+        before = 0;
+    }
     return goes_on(branches, before, pressure) ? before : jump(branches, pressure, before);
 }
 

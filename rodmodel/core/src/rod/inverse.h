@@ -44,8 +44,8 @@
 #define RM_EMPTY R(5e-6)
 /* Largest number of local minima of the grid from which to search. */
 #define RM_FOLLOWED 8
-/* Largest coordinate of a target, in rod lengths or radians. */
-#define RM_FARTHEST R(1e3)
+/* Largest coordinate of a target, in rod lengths or radians: one in millimetres, or most in degrees, is beyond. */
+#define RM_FARTHEST R(10.0)
 
 typedef struct {
     const rm_rod *rod;
@@ -389,11 +389,13 @@ static int find_pressures(const rm_rod *rod, const rm_target *target, const rm_i
     s.evaluations = 0;
     s.loaded = (input->given & (RM_LOADS | RM_FOLLOWER_FORCE)) != 0;
     int near = 1; /* false for a NaN */
+    const rm_real *least = domain->pressure_min;
+    const int whole = !(least[0] > R(0.0)) & !(least[1] > R(0.0)) & !(least[2] > R(0.0));
     for (int k = 0; k < (target->is_bend ? 2 : 3); k++) {
         const rm_real from = !target->is_bend && (input->given & RM_BASE) ? input->base_position[k] : R(0.0);
         near &= rm_abs(target->point[k] - from) <= RM_FARTHEST * s.unit;
     }
-    if (!is_good(&bare) || !is_usable(options) || !near) {
+    if (!is_good(&bare) || !is_usable(options) || !near || !whole) {
         fill_with_nan(result->pressure, 4);
         return fail(&result->solution, RM_BAD_INPUT);
     }

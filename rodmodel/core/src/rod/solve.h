@@ -71,6 +71,16 @@ static void begin(solve_state *at, const rm_rod *rod, const rm_real *pressure, i
     at->free_curvature = find_free_curvature(&at->section, &at->free);
 }
 
+/* Largest angle by which the forces may shear a section: that grows with the force as long as it is small. */
+#define RM_SHEARED R(0.2)
+
+static int shears_little(const rm_actuator *a, const resultants *l)
+{
+    const rm_real force = rm_sqrt(dot(l->end_force, l->end_force)) + rm_sqrt(dot(l->body_force, l->body_force))
+                          + rm_sqrt(dot(l->follower_force, l->follower_force));
+    return a->shear_compliance * force <= RM_SHEARED;
+}
+
 static int is_good(const rm_input *input)
 {
     int good = 1;
@@ -346,7 +356,8 @@ static int put_solution(solve_state *at, const rm_input *input, const rm_options
     }
     solution->result = result;
     solution->stable = reached->stable;
-    solution->in_domain = covers_pressure(&at->rod->domain, input->pressure) && solution->moment_share <= RM_SLACK;
+    solution->in_domain = covers_pressure(&at->rod->domain, input->pressure) && solution->moment_share <= RM_SLACK
+                          && shears_little(&at->rod->actuator, &at->loads);
     solution->base_moment = rm_sqrt(dot(end->base_moment, end->base_moment));
     solution->angle_error = solution->tip_error = not_a_number();
     if (solution->in_domain) {

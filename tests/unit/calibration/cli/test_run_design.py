@@ -138,3 +138,11 @@ def test_there_is_nothing_to_retry_without_a_dataset(capsys, tmp_path):
     assert status == 2
     assert "--retry: got it without --extend" in capsys.readouterr().err
     assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("seed", ["-1", "1.5", "9" * 30])
+def test_a_seed_that_is_none_is_refused_before_anything_is_written(capsys, tmp_path, seed):
+    with pytest.raises(SystemExit, match="2"):
+        main(["run", "--seed", seed, "--out", str(tmp_path / "run")])
+    assert f"--seed: got '{seed}', expected a whole number from 0" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()

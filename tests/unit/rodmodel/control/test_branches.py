@@ -8,7 +8,7 @@ import pytest
 
 import rodmodel
 from rodmodel import Branch, Branches
-from rodmodel.control import LOADING
+from rodmodel.control import LOADING, inverse_many, workspace
 from tests.unit.rodmodel import calibrations
 
 UP, DOWN = Branch(2, 1), Branch(2, -1)
@@ -68,6 +68,25 @@ def test_a_branch_can_be_asked_for(branches: Branches) -> None:
     assert branches.solve(pressure, UP, branch="loading").branch == LOADING
     assert branches.solve(pressure, branch="snapped").branch == UP
     assert branches.solve(pressure, DOWN, branch="snapped").branch == DOWN
+
+
+def test_no_inverse_and_no_workspace_is_of_a_snapped_branch(branches: Branches) -> None:
+    """Both fill a domain from no pressure on; a snapped branch ends before."""
+    rod = branches.rod(UP)
+    for call in (
+        lambda: rod.inverse(bending_angle=1.0, bending_plane=2.0),
+        lambda: inverse_many(rod, bending_angle=[1.0], bending_plane=[2.0]),
+        lambda: workspace(rod, 100, {}, lambda done, of: None),
+    ):
+        with pytest.raises(ValueError, match="rod: got one of a snapped branch, expected the loading"):
+            call()
+
+
+def test_the_core_takes_a_branch_that_is_none_for_rest(branches: Branches) -> None:
+    """As of memory that was overwritten: no place outside the list is read."""
+    pressure = np.array([0.0, 50e3, 0.0])
+    for number in (-(2**31), -2, len(branches.snapped) + 1, 2**31 - 1):
+        assert branches._choice.at(pressure, number) == branches._choice.at(pressure, 0)
 
 
 def test_bad_input_is_said_by_name(branches: Branches) -> None:

@@ -180,7 +180,9 @@ def searched(rod: CoreRod, targets: int) -> tuple[np.ndarray, np.ndarray]:
     [
         {"tip_position": [1e300, 0.0, 0.0]},
         {"tip_position": [np.nan, 0.0, 0.0]},
+        {"tip_position": [-20.5, -11.8, 60.5]},
         {"bending_angle": 1e9, "bending_plane": 0.0},
+        {"bending_angle": 60.0, "bending_plane": 90.0},
         {"bending_angle": -1.0, "bending_plane": 0.0},
     ],
 )

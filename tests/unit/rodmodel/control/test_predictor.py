@@ -120,7 +120,12 @@ def test_bad_arguments_are_named(rod: CoreRod, predictor: Predictor) -> None:
         predictor(PRESSURE)
     with pytest.raises(ValueError, match=r"pressure: got shape \(2,\), expected"):
         predictor(PRESSURE[:2], tip_force=FORCE)
-    with pytest.raises(ValueError, match="steps: got 0, expected 1 or more"):
+    with pytest.raises(ValueError, match="steps: got 0, expected a whole number of 1 or more"):
         Predictor(rod, steps=0)
+    for tolerance in (1.0, -1.0, np.nan):
+        with pytest.raises(ValueError, match=f"tolerance: got {tolerance}, expected 0 to 0.01 rad"):
+            Predictor(rod, tolerance=tolerance)
+        with pytest.raises(ValueError, match=f"tolerance: got {tolerance}, expected 0 to 0.01 rad"):
+            rod.solve_many(pressure=PRESSURE, tolerance=tolerance)
     with pytest.warns(DeprecationWarning, match="batch: nothing is compiled any more"):
         Predictor(rod, batch=(3,))

@@ -245,6 +245,6 @@ def test_arguments_of_rows_are_said_by_name(rod: CoreRod) -> None:
         rod.jacobian,
         lambda pressure, steps: rod.solve_many(pressure=pressure, steps=steps),
     ):
-        with pytest.raises(ValueError, match="steps: got 0, expected 1 or more"):
+        with pytest.raises(ValueError, match="steps: got 0, expected a whole number of 1 or more"):
             call(PRESSURE, steps=0)
     assert rod.solve_many(pressure=np.zeros((0, 3)), threads=2).size == 0

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import rodmodel
 from rodmodel import CoreRod
 from rodmodel.core import Result
 from rodmodel.io import find
@@ -54,6 +55,24 @@ def test_the_largest_moment_is_that_of_the_nodes(rod: CoreRod) -> None:
         seen.append(share)
     assert min(seen) < 0.9
     assert max(seen) > 1.1
+
+
+@pytest.mark.parametrize("name", ["tip_force", "follower_force", "distributed_force"])
+def test_outside_are_forces_that_shear_a_section_far(rod: CoreRod, name: str) -> None:
+    """Along the axis, so that there is no moment; with the reference's answer beside the core's."""
+    pressure, reference = [0.0, 0.0, 0.0], rodmodel.load("double-helix")
+    assert rod.actuator.shear_compliance > 0.0
+    most = 0.2 / rod.actuator.shear_compliance
+    # What the body carries is per its length.
+    per = rod.actuator.body_length if name == "distributed_force" else 1.0
+    for share, inside in ((0.98, True), (1.02, False)):
+        force = np.array([0.0, 0.0, share * most / per])
+        found = rod.solve(pressure, steps=STEPS, throw=False, **{name: force})
+        assert found.converged
+        assert found.in_domain is inside
+        assert np.isfinite(found.error_estimate) == inside
+        other = reference.solve(np.array(pressure), throw=False, **{name: force})
+        assert bool(other.in_domain) is inside
 
 
 def test_outside_are_larger_moments_and_pressures(rod: CoreRod) -> None:

@@ -24,7 +24,7 @@ def file(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize(
     ("psi_deg", "turns"),
-    [(0, 0), (60, 2), (120, 1), (180, 0), (240, 2), (300, 1), (360, 0), (-60, 1), (-120, 2), (720, 0)],
+    [(0, 0), (60, 2), (120, 1), (180, 0), (240, 2), (300, 1), (360, 0), (-60, 1), (-120, 2), (420, 2)],
 )
 def test_every_multiple_of_60_degrees_is_served(file: Path, psi_deg: float, turns: int) -> None:
     found = find("double-helix", math.radians(psi_deg), 3e-3, file)
@@ -41,6 +41,12 @@ def test_a_limit_beside_is_the_same_for_the_chambers_of_all_orientations() -> No
     for psi in (0.0, 60.0, 120.0, 240.0):
         domain = find_among([limited], "double-helix", math.radians(psi), 3e-3).domain
         assert (domain.beside_share, domain.beside_max) == (0.5, 79e3)
+
+
+@pytest.mark.parametrize("psi", [12.0, -45.0, 1e6])
+def test_an_orientation_in_degrees_is_refused(file: Path, psi: float) -> None:
+    with pytest.raises(ValueError, match=r"psi: got .* rad, expected -8 to 8 rad; is it in degrees\?"):
+        find("double-helix", psi, 3e-3, file)
 
 
 @pytest.mark.parametrize("psi_deg", [12, 59.9, 90])

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,8 @@ import pytest
 
 import rodmodel
 from rodmodel import CalibrationFileError
+from rodmodel.io import SnappedLaw
+from rodmodel.io.snapped import snapped_bound
 from tests.unit.rodmodel import calibrations
 
 
@@ -43,6 +46,13 @@ def test_a_file_without_them_has_no_such_key(tmp_path: Path) -> None:
         ({"side": 0}, r"side: got 0, expected 1 or -1"),
         ({"chamber": 1, "side": -1}, "snapped: got one chamber and side twice"),
         ({"domain": []}, r"domain: got \[\], expected a JSON object"),
+        (
+            {"error": {"actuator": {}}},
+            r"error.actuator.angle_rad: got nothing, expected a number from 0 to 10",
+        ),
+        ({"error": {"actuator": "x"}}, r"error.actuator: got 'x', expected a JSON object, in snapped\[0\]"),
+        ({"error": {"actuator": {"angle_rad": 0.1, "tip_m": -1}}}, "error.actuator.tip_m: got -1, expected"),
+        ({"error": {"free_bending_angle_rad": {"worst": None}}}, "worst: got None, expected a number"),
     ],
 )
 def test_a_damaged_branch_is_refused_in_one_line(file: Path, change: dict, message: str) -> None:
@@ -51,6 +61,32 @@ def test_a_damaged_branch_is_refused_in_one_line(file: Path, change: dict, messa
     file.write_text(json.dumps(content))
     with pytest.raises(CalibrationFileError, match=message):
         rodmodel.read_calibration(file)
+
+
+def test_least_pressures_beyond_the_largest_are_refused(file: Path) -> None:
+    content = json.loads(file.read_text())
+    most = content["snapped"][0]["domain"]["pressure_max_pa"]
+    content["snapped"][0]["domain"]["pressure_min_pa"] = [0.0, 2.0 * most[1], 0.0]
+    file.write_text(json.dumps(content))
+    with pytest.raises(CalibrationFileError, match=r"pressure_min_pa: got .*, expected at most the largest"):
+        rodmodel.read_calibration(file)
+
+
+def test_the_bound_is_the_largest_error_that_is_known_of_any_branch() -> None:
+    """One run tells little of its own branch: its sheet's cells, or another branch's run, may say more."""
+    base = calibrations.snapped_law()
+
+    def law(angle: float, tip: float, worst: float) -> SnappedLaw:
+        run = {"angle_rad": angle, "tip_m": tip, "states": 1}
+        return dataclasses.replace(base, error={"actuator": run, "free_bending_angle_rad": {"worst": worst}})
+
+    by_run = snapped_bound([law(1e-4, 1e-3, 6e-3), law(0.08, 3e-3, 1e-2)])
+    assert (by_run.angle, by_run.tip) == ((0.08,), (3e-3,))
+    by_cells = snapped_bound([law(1e-4, 1e-3, 6e-3)])
+    assert (by_cells.angle, by_cells.tip) == ((6e-3,), (1e-3,))
+    unknown = snapped_bound([dataclasses.replace(base, error={})])
+    assert unknown.angle == (math.pi,)
+    assert unknown.tip == ()
 
 
 @pytest.mark.parametrize("value", [[], {}, 3])

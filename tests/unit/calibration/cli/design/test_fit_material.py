@@ -56,6 +56,7 @@ def test_a_fit_in_doubt_ends_with_status_3_and_writes_nothing(test, tmp_path, ca
         (["TEST", "--plot", "fit.txt"], "--plot: got 'fit.txt'"),
         (["TEST", "--out", "/nowhere/material.toml"], "--out: got /nowhere/material.toml"),
         (["TEST", "--stretch-max", "1.2"], "rows up to a stretch of 1.2"),
+        (["TEST", "--stretch-max", "0.5"], "--stretch-max: got 0.5, expected more than 1"),
     ],
 )
 def test_bad_input_ends_with_status_2_and_one_line(test, arguments, named, capsys):

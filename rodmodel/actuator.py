@@ -167,6 +167,11 @@ class Domain:
     pressure_min : least pressure of each chamber [Pa], for a branch that ends below; 0 if it has none.
     single_max, single_beside : beyond all these limits, largest pressure of each chamber while each of the
         two others has at most `single_beside` [Pa]; 0 if a chamber alone has no more than beside others.
+
+    Raises
+    ------
+    ValueError
+        For plain numbers that are negative or NaN, and for pressures that are not three.
     """
 
     pressure_max: tuple[Number, Number, Number]
@@ -178,6 +183,18 @@ class Domain:
     pressure_min: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
     single_max: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
     single_beside: Number = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse numbers that are no limits."""
+        for name in ("pressure_max", "pressure_min", "single_max"):
+            if len(getattr(self, name)) != 3:
+                raise ValueError(
+                    f"{name}: got {len(getattr(self, name))} numbers, expected three pressures [Pa]"
+                )
+        for name, value in vars(self).items():
+            for number in value if isinstance(value, tuple) else (value,):
+                if _is_number(number) and not number >= 0.0:
+                    raise ValueError(f"{name}: got {number:g}, expected 0 or more")
 
     @property
     def moment_axes(self) -> tuple[Number, Number, Number]:

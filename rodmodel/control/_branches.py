@@ -27,10 +27,22 @@ class Branch:
     chamber : number of the chamber beside which a wall has snapped, from 1; 0 on the loading branch.
     side : +1 if the bending plane's angle γ is larger than that of the upright rod, −1 if smaller; 0 on the
         loading branch.
+
+    Raises
+    ------
+    ValueError
+        For other numbers.
     """
 
     chamber: int = 0
     side: int = 0
+
+    def __post_init__(self) -> None:
+        """Refuse numbers that are no branch."""
+        if (self.chamber, self.side) != (0, 0) and not (self.chamber in (1, 2, 3) and self.side in (1, -1)):
+            raise ValueError(
+                f"Branch: got chamber {self.chamber} and side {self.side}, expected 1, 2 or 3 with 1 or -1"
+            )
 
     @property
     def name(self) -> str:

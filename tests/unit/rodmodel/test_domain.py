@@ -1,6 +1,8 @@
 """The domain of a law: which pressures are inside, and how its limits are told."""
 
 import dataclasses
+import math
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -91,3 +93,18 @@ def test_a_chamber_alone_may_have_more_where_the_others_have_next_to_nothing() -
     assert domain.largest_pressures("kPa").endswith(
         "; alone, with 2 kPa in each of the others, up to 70, 65, 0 kPa"
     )
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"pressure_max": (-1.0, 1.0, 1.0)}, "pressure_max: got -1, expected 0 or more"),
+        ({"pressure_max": (1.0, 1.0)}, "pressure_max: got 2 numbers, expected three pressures"),
+        ({"pressure_sum_max": math.nan}, "pressure_sum_max: got nan, expected 0 or more"),
+        ({"moment_max": -1e-3}, "moment_max: got -0.001, expected 0 or more"),
+        ({"single_max": (0.0, math.nan, 0.0)}, "single_max: got nan, expected 0 or more"),
+    ],
+)
+def test_numbers_that_are_no_limits_are_refused(unchecked: None, change: dict[str, Any], said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        dataclasses.replace(Domain((70e3, 60e3, 60e3), 100e3, 1e-3), **change)

@@ -90,6 +90,11 @@ def test_the_core_takes_a_branch_that_is_none_for_rest(branches: Branches) -> No
 
 
 def test_bad_input_is_said_by_name(branches: Branches) -> None:
+    for chamber, side in ((5, 1), (2, 0), (0, 1), (2, 9)):
+        with pytest.raises(
+            ValueError, match=f"Branch: got chamber {chamber} and side {side}, expected 1, 2 or"
+        ):
+            Branch(chamber, side)
     with pytest.raises(ValueError, match="branch: got 'up', expected auto, loading, snapped"):
         branches.solve([0.0, 0.0, 0.0], branch="up")
     with pytest.raises(ValueError, match="largest pressure in chamber 1, expected a snapped branch that"):

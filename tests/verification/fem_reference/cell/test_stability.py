@@ -83,3 +83,12 @@ def test_a_path_that_may_not_jump_passes_where_single_nodes_slide(level, winding
     states = list(follow(cell, kilopascals(5, 20, 40), jumps=False))
     assert [state.jumped for state in states] == [False] * 3
     assert all(state.stable is not False for state in states)
+
+
+@pytest.mark.slow
+def test_a_path_that_may_not_jump_passes_where_a_long_step_fails():
+    """Chambers 1 and 2, coarse: from 15 to 30 kPa a step of 2.8 kPa fails at 22, and was told as the end."""
+    cell = PeriodCell(level="coarse", end_compliance=SLIDING)
+    states = list(follow(cell, [Load((p, p, 0.0)) for p in (15e3, 30e3)], jumps=False))
+    assert [state.jumped for state in states] == [False] * 2
+    assert all(state.stable for state in states)

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 # Python's float also accepts 1_0 and the digits of other scripts, which are likely typing errors.
+# Largest number of an option: sums and squares of such numbers are finite in any unit.
+_LARGEST = 1e100
 _NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
 
 
@@ -33,7 +35,7 @@ def numbers(flag: str, words: Sequence[str], count: int, expected: str, *, negat
     """Return the values of an option: `count` finite numbers, negative ones only if allowed."""
     text = " ".join(words)
     values = [float(word) for word in words if _NUMBER.fullmatch(word)]
-    good = all(math.isfinite(value) and (negative or value >= 0.0) for value in values)
+    good = all(abs(value) <= _LARGEST and (negative or value >= 0.0) for value in values)
     if len(values) != count or not good:
         raise InputError(f"{flag}: got {text!r}, expected {expected}")
     return values

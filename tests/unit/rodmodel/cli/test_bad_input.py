@@ -21,7 +21,8 @@ GOOD, BAD_INPUT, NO_CONVERGENCE = 0, 2, 3
         ("--tip-position-mm 0 0", "--tip-position-mm: got '0 0', expected three finite components"),
         ("--tip-position-mm 0 0 60 --plot a.png", "--plot a.png"),
         ("--tip-position-mm 0 0 66000", "--tip-position-mm: got '0 0 66000', expected a target within ten"),
-        ("--bending-angle-deg 1e300 --bending-plane-deg 0", "--bending-angle-deg: got '1e300', expected at"),
+        ("--bending-angle-deg 1e9 --bending-plane-deg 0", "--bending-angle-deg: got '1e9', expected at most"),
+        ("--bending-angle-deg 1e300 --bending-plane-deg 0", "--bending-angle-deg: got '1e300', expected one"),
     ],
 )
 def test_bad_targets_are_told_in_one_line(command: Any, arguments: str, said: str) -> None:
@@ -83,7 +84,10 @@ BAD_INPUTS = [
     ("{p} --follower-moment-nmm 1 2 nan", "--follower-moment-nmm: got '1 2 nan'", IN_CAP),
     ("{p} --base-position-mm 1", "--base-position-mm: got '1'", COMPONENTS),
     ("{p} --base-rotation-deg 1 2", "--base-rotation-deg: got '1 2'", COMPONENTS),
-    ("{p} --base-rotation-deg 0 1e200 0", "--base-rotation-deg: got '0 1e200 0'", "at most 1e+06 deg"),
+    ("{p} --base-rotation-deg 0 1e7 0", "--base-rotation-deg: got '0 1e7 0'", "at most 1e+06 deg"),
+    ("{p} --base-rotation-deg 0 1e200 0", "--base-rotation-deg: got '0 1e200 0'", COMPONENTS),
+    ("--pressure-kpa 1e308 0 0", "--pressure-kpa: got '1e308 0 0'", THREE_PRESSURES),
+    ("{p} --base-position-mm 1e308 0 0", "--base-position-mm: got '1e308 0 0'", COMPONENTS),
     ("{p} --psi-deg abc", "--psi-deg: got 'abc'", "expected one finite angle [deg]"),
     (
         "{p} --psi-deg 12",

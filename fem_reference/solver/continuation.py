@@ -139,7 +139,7 @@ class PathFollower(Generic[State, Load, Linear, Move, Viscous]):
                 done, failed = done + step, []
                 continue
             failed.append((target, step))
-            over = not self._unstable or self._tells(step)
+            over = not self._unstable or step <= self._telling
             if done + step >= length and step < missed and over and not self._creeps:
                 if not self._relax(target, step):
                     raise self._error(step)
@@ -190,9 +190,12 @@ class PathFollower(Generic[State, Load, Linear, Move, Viscous]):
         own = self.options.continuation
         _, step = failed[-1]
         self.step, self._longest = 0.5 * step, own.after_failure * step
+        lost, telling = self._unstable and not self._creeps, self._telling
+        if lost and 0.0 < telling < self.step:
+            self.step = max(telling, own.shortest)
         if len(failed) <= own.halvings and self.step >= own.shortest:
             return 0.0
-        ends = self.step < own.shortest or (self._unstable and not self._creeps and self._tells(step))
+        ends = self.step < own.shortest or (lost and step <= telling)
         goal, distance = failed[0] if self._creeps else failed[-1]
         if (self._creeps or ends) and self._relax(goal, distance):
             return distance
@@ -201,17 +204,18 @@ class PathFollower(Generic[State, Load, Linear, Move, Viscous]):
         failed.clear()
         return 0.0
 
-    def _tells(self, step: float) -> bool:
-        """Whether a step that fails tells a loss of balance, and not one that is too long.
+    @property
+    def _telling(self) -> float:
+        """Longest step that, if it fails, tells a loss of balance; zero where that is not known.
 
         The load itself moves a body on its branch. Only where that is well within the slide does a body that
         relaxes beyond the slide leave the branch.
         """
         if not self._earlier:
-            return False
+            return 0.0
         own, (before, back) = self.options.continuation, self._earlier[0]
         moved = self.problem.distance(before, self.equilibrium.configuration)
-        return moved * step <= own.own_motion * own.slide * back
+        return own.own_motion * own.slide * back / max(moved, np.finfo(float).tiny)
 
     def _error(self, step: float) -> PathError:
         """Error for a path whose next step, down to this length, does not converge."""

@@ -1,7 +1,6 @@
 """Command-line parser and checked numbers, with errors of one line."""
 
 import argparse
-import math
 import re
 from collections.abc import Sequence
 from typing import Any, NoReturn

@@ -14,8 +14,9 @@ from calibration.truth import SHIPPED, Verdict, compare_with_truth
 PAPER, WIDEST = "double-helix, pitch 3 mm, ψ = 0°", "double-helix, pitch 6 mm, ψ = 0°"
 QUARTER, SIX = "double-helix, pitch 3 mm, ψ = 90°", "six-helix, pitch 3 mm"
 # Laws of the fine mesh, whose truth is of the coarse one and carried to the limit by the cell's ratio.
-TURNED = "double-helix, pitch 3 mm, ψ = 45°"
-CARRIED = (TURNED, SIX)
+THIRD, TURNED = "double-helix, pitch 3 mm, ψ = 30°", "double-helix, pitch 3 mm, ψ = 45°"
+# Their worst tips are 2.01, 2.40 and 2.12 % off.
+CARRIED = (THIRD, TURNED, SIX)
 TIP = 2.0
 # Tip of ψ = 0 below 52 kPa: no worse than the law that went no further, 1.26, and the rounding of it.
 BELOW_52 = 1.31
@@ -84,7 +85,7 @@ def test_rods_of_all_windings_are_within_the_worst_that_is_asked(verdict: Verdic
         assert name in (TURNED, "all") or figures["plane_deg"]["worst"] <= 2.0, name
 
 
-# At (51, 17, 20) kPa and ψ = 0 γ is 3.8° off and the tip 1.6 %; at ψ = 90° θ 9.3°, γ 8.8°, the tip 9.2 %.
+# At (51, 17, 20) kPa and ψ = 0 γ is 3.8° off and the tip 1.6 %; at ψ = 90° θ 4.5°, γ 4.5°, the tip 3.0 %.
 leans = pytest.mark.xfail(strict=True, reason="the actuator leans by 0.7 of what its section does")
 
 

@@ -60,7 +60,7 @@ def test_the_largest_moment_is_that_of_the_nodes(rod: CoreRod) -> None:
 @pytest.mark.parametrize("name", ["tip_force", "follower_force", "distributed_force"])
 def test_outside_are_forces_that_shear_a_section_far(rod: CoreRod, name: str) -> None:
     """Along the axis, so that there is no moment; with the reference's answer beside the core's."""
-    pressure, reference = [0.0, 0.0, 0.0], rodmodel.load("double-helix")
+    pressure = [0.0, 0.0, 0.0]
     assert rod.actuator.shear_compliance > 0.0
     most = 0.2 / rod.actuator.shear_compliance
     # What the body carries is per its length.
@@ -71,8 +71,9 @@ def test_outside_are_forces_that_shear_a_section_far(rod: CoreRod, name: str) ->
         assert found.converged
         assert found.in_domain is inside
         assert np.isfinite(found.error_estimate) == inside
-        other = reference.solve(np.array(pressure), throw=False, **{name: force})
-        assert bool(other.in_domain) is inside
+        if name == "tip_force":
+            other = rodmodel.load("double-helix").solve(np.array(pressure), throw=False, **{name: force})
+            assert bool(other.in_domain) is inside
 
 
 def test_outside_are_larger_moments_and_pressures(rod: CoreRod) -> None:
@@ -137,7 +138,7 @@ def test_no_limit_beside_is_none_in_the_core(rod: CoreRod) -> None:
 
 @pytest.mark.parametrize("changes", [{"beside_max": -1.0}, {"beside_share": float("nan"), "beside_max": 5e4}])
 def test_a_limit_beside_that_is_none_is_refused(changes: dict[str, float]) -> None:
-    with pytest.raises(ValueError, match="limit that is not positive or not finite"):
+    with pytest.raises(ValueError, match=r"beside_(max: got -1|share: got nan), expected 0 or more"):
         with_domain(**changes)
 
 

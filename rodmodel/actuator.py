@@ -220,10 +220,12 @@ class Domain:
     def reach(self, pressure: Three) -> float:
         """Return the largest factor on three pressures [Pa] for which they are within the upper limits.
 
-        It is below one for pressures beyond them, and infinite without pressure.
+        It is below one for pressures beyond them, infinite without pressure, and NaN if one of them is.
         """
         given = tuple(float(p) for p in pressure)
         use = float(self.utilisation(given))
+        if math.isnan(use):
+            return math.nan
         factors = [1.0 / use if use > 0.0 else math.inf]
         for (own, *others), maximum in zip(_alone(given), self.single_max, strict=True):
             if own > 0.0 and maximum > 0.0:

@@ -23,6 +23,9 @@ from rodmodel.core import (
 
 # Integration steps along the rod.
 _STEPS = 8
+# Loads of many targets.
+_LOADS = ("tip_force", "tip_moment", "gravity", "distributed_force", "follower_force", "follower_moment")
+_BASE = ("base_position", "base_rotation")
 
 
 @final
@@ -116,12 +119,17 @@ def inverse_many(
     rod : compiled rod.
     bending_angle, bending_plane, tip_position : targets as for `inverse`, (rows,) or (rows, 3).
     threads : number of threads that share the rows.
-    loads : `tip_force`, `tip_moment`, `gravity`, (3,) or (rows, 3).
+    loads : `tip_force`, `tip_moment`, `gravity`, `distributed_force`, `follower_force`, `follower_moment`,
+        `base_position` and `base_rotation` as in `CoreRod.solve`, for all rows, or with a first axis of rows.
 
     Returns
     -------
     found : records, (rows,), with the fields of `rm_inverse_result`.
     """
+    unknown = [name for name in loads if name not in (*_LOADS, *_BASE)]
+    if unknown:
+        expected = ", ".join((*_LOADS, *_BASE))
+        raise ValueError(f"{unknown[0]}: got an argument of that name, expected any of {expected}")
     points, is_bend = _points(bending_angle, bending_plane, tip_position)
     return _search(rod, points, is_bend, loads, threads)
 
@@ -162,6 +170,10 @@ def _points(angle: Any, plane: Any, position: Any) -> tuple[np.ndarray, bool]:
     for name, value in zip(names, (theta, gamma), strict=True):
         if value.ndim > 1:
             raise ValueError(f"{name}: got shape {value.shape}, expected (): one angle [rad]")
+    if theta.ndim and gamma.ndim and theta.shape != gamma.shape:
+        raise ValueError(
+            f"bending_angle, bending_plane: got {theta.size} and {gamma.size} numbers, expected as many"
+        )
     theta, gamma = np.broadcast_arrays(np.atleast_1d(theta), np.atleast_1d(gamma))
     theta = np.where(theta >= 0.0, theta, math.nan)
     with np.errstate(invalid="ignore"):
@@ -187,7 +199,8 @@ def _search(
         )
     for name, value in loads.items():
         if value is not None:
-            numbers_of(name, value, ((3,), (count, 3)) if count > 1 else ((3,),))
+            one = (3, 3) if name == "base_rotation" else (3,)
+            numbers_of(name, value, (one, (count, *one)) if count > 1 else (one,))
     inputs = rows_of({"pressure": np.zeros(3), **loads})
     targets, found = np.zeros(count, TARGET), np.zeros(count, INVERSE)
     targets["point"], targets["is_bend"] = points, is_bend

@@ -108,3 +108,7 @@ def test_a_chamber_alone_may_have_more_where_the_others_have_next_to_nothing() -
 def test_numbers_that_are_no_limits_are_refused(unchecked: None, change: dict[str, Any], said: str) -> None:
     with pytest.raises(ValueError, match=said):
         dataclasses.replace(Domain((70e3, 60e3, 60e3), 100e3, 1e-3), **change)
+
+
+def test_how_far_pressures_go_is_not_known_of_none() -> None:
+    assert math.isnan(Domain((70e3, 60e3, 60e3), 100e3, 1e-3).reach((math.nan, 0.0, 0.0)))

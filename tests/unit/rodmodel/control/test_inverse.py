@@ -280,3 +280,30 @@ def test_loads_of_all_kinds_are_made_up_for(rod: CoreRod, given: str) -> None:
     assert np.all(found["reached"])
     back = rod.solve_many(pressure=found["pressure"], steps=8, **{given: load})["tip_position"]
     np.testing.assert_allclose(back, wanted, atol=1e-4)
+
+
+def test_arguments_of_many_targets_are_said_by_name(rod: CoreRod) -> None:
+    with pytest.raises(
+        ValueError, match="bending_angle, bending_plane: got 3 and 2 numbers, expected as many"
+    ):
+        inverse_many(rod, bending_angle=[1.0, 1.0, 1.0], bending_plane=[0.0, 1.0])
+    for name, value in (("pressure", [1e3, 0.0, 0.0]), ("wind", [0.0, 0.0, 0.0])):
+        with pytest.raises(
+            ValueError, match=f"{name}: got an argument of that name, expected any of tip_force"
+        ):
+            inverse_many(rod, tip_position=[[0.0, 0.0, 0.06]], **{name: value})
+    many = inverse_many(rod, bending_angle=0.5, bending_plane=[0.0, 1.0], follower_force=[0.0, 0.0, -0.01])
+    assert many["reached"].all()
+    with pytest.raises(ValueError, match=r"base_rotation: got shape \(3,\), expected \(3, 3\): a rotation"):
+        inverse_many(rod, tip_position=[[0.0, 0.0, 0.06]], base_rotation=[0.0, 0.0, 1.0])
+
+
+@pytest.mark.parametrize("rows", [1, 2, 3])
+def test_a_turned_base_is_made_up_for(rod: CoreRod, rows: int) -> None:
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    pressures = np.array([[30e3, 8e3, 0.0], [0.0, 20e3, 25e3], [10e3, 0.0, 35e3]])[:rows]
+    wanted = rod.solve_many(pressure=pressures, steps=8, base_rotation=turn)["tip_position"]
+    found = inverse_many(rod, tip_position=wanted, base_rotation=turn)
+    assert np.all(found["reached"])
+    back = rod.solve_many(pressure=found["pressure"], steps=8, base_rotation=turn)["tip_position"]
+    np.testing.assert_allclose(back, wanted, atol=1e-4)

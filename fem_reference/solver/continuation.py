@@ -139,8 +139,8 @@ class PathFollower(Generic[State, Load, Linear, Move, Viscous]):
                 done, failed = done + step, []
                 continue
             failed.append((target, step))
-            over = not self._unstable or step <= self._telling
-            if done + step >= length and step < missed and over and not self._creeps:
+            near = not self._creeps and done + step >= length and step < missed
+            if near and (not self._unstable or step <= self._telling):
                 if not self._relax(target, step):
                     raise self._error(step)
                 relaxed = step
@@ -190,8 +190,9 @@ class PathFollower(Generic[State, Load, Linear, Move, Viscous]):
         own = self.options.continuation
         _, step = failed[-1]
         self.step, self._longest = 0.5 * step, own.after_failure * step
-        lost, telling = self._unstable and not self._creeps, self._telling
-        if lost and 0.0 < telling < self.step:
+        lost = self._unstable and not self._creeps
+        telling = self._telling if lost else 0.0
+        if 0.0 < telling < self.step:
             self.step = max(telling, own.shortest)
         if len(failed) <= own.halvings and self.step >= own.shortest:
             return 0.0

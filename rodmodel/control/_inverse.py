@@ -19,13 +19,11 @@ from rodmodel.core import (
     in_parts,
     numbers_of,
     rows_of,
+    shape_of,
 )
 
 # Integration steps along the rod.
 _STEPS = 8
-# Loads of many targets.
-_LOADS = ("tip_force", "tip_moment", "gravity", "distributed_force", "follower_force", "follower_moment")
-_BASE = ("base_position", "base_rotation")
 
 
 @final
@@ -126,10 +124,8 @@ def inverse_many(
     -------
     found : records, (rows,), with the fields of `rm_inverse_result`.
     """
-    unknown = [name for name in loads if name not in (*_LOADS, *_BASE)]
-    if unknown:
-        expected = ", ".join((*_LOADS, *_BASE))
-        raise ValueError(f"{unknown[0]}: got an argument of that name, expected any of {expected}")
+    if "pressure" in loads:
+        raise ValueError("pressure: got one, expected targets and loads: the pressures are what is found")
     points, is_bend = _points(bending_angle, bending_plane, tip_position)
     return _search(rod, points, is_bend, loads, threads)
 
@@ -199,7 +195,7 @@ def _search(
         )
     for name, value in loads.items():
         if value is not None:
-            one = (3, 3) if name == "base_rotation" else (3,)
+            one = shape_of(name)
             numbers_of(name, value, (one, (count, *one)) if count > 1 else (one,))
     inputs = rows_of({"pressure": np.zeros(3), **loads})
     targets, found = np.zeros(count, TARGET), np.zeros(count, INVERSE)

@@ -4,6 +4,7 @@ from rodmodel.core._branches import BranchChoice as BranchChoice
 from rodmodel.core._handle import Handle as Handle
 from rodmodel.core._inputs import numbers_of as numbers_of
 from rodmodel.core._inputs import rows_of as rows_of
+from rodmodel.core._inputs import shape_of as shape_of
 from rodmodel.core._law_data import LawData as LawData
 from rodmodel.core._law_data import law_data as law_data
 from rodmodel.core._law_data import linear_law_data as linear_law_data

@@ -32,18 +32,18 @@ def row_of(given: Mapping[str, Any]) -> np.ndarray:
     """
     row = np.zeros(1, INPUT)
     for name, value in _present(given).items():
-        row[name][0] = numbers_of(name, value, (_shape_of(name),))
+        row[name][0] = numbers_of(name, value, (shape_of(name),))
     return _finished(row, given)
 
 
 def rows_of(given: Mapping[str, Any]) -> np.ndarray:
     """Return `rm_input` records of arguments with rows, or one for all rows; see `row_of`."""
     arrays = {name: numbers_of(name, value) for name, value in _present(given).items()}
-    with_rows = [array for name, array in arrays.items() if array.ndim == 1 + len(_shape_of(name))]
+    with_rows = [array for name, array in arrays.items() if array.ndim == 1 + len(shape_of(name))]
     count = max(map(len, with_rows), default=1)
     rows = np.zeros(count, INPUT)
     for name, array in arrays.items():
-        shape = _shape_of(name)
+        shape = shape_of(name)
         rows[name] = numbers_of(name, array, (shape, (count, *shape)))
     return _finished(rows, given)
 
@@ -69,7 +69,8 @@ def _present(given: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in given.items() if value is not None}
 
 
-def _shape_of(name: str) -> tuple[int, ...]:
+def shape_of(name: str) -> tuple[int, ...]:
+    """Return the shape of an argument of one solve."""
     return (3, 3) if name == "base_rotation" else (3,)
 
 

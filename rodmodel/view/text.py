@@ -13,10 +13,11 @@ if TYPE_CHECKING:
 STRAIGHT = 1e-6
 # Width of the sectors of bending planes whose farthest bends are listed.
 _PLANE_STEP_DEG = 15
+_BUCKLED = "a partition wall has buckled, the rod bends aside"
 _BRANCHES = {
     None: "unknown",
     "loading": "loading: pressures have only risen, no wall has snapped",
-    "snapped": "snapped: a partition wall has buckled, the rod bends aside",
+    "snapped": f"snapped: {_BUCKLED}",
 }
 
 
@@ -70,8 +71,9 @@ def prediction_text(record: dict[str, Any]) -> str:
     where = "centre of the cap's outer face" + ("" if tip is None else f", within {tip:.2g} mm")
     branch = _BRANCHES[record["branch"]]
     if record.get("snapped_by_chamber"):
-        towards = "larger" if record["snapped_side"] > 0 else "smaller"
-        branch += f", by chamber {record['snapped_by_chamber']} to {towards} bending planes"
+        from rodmodel.control import Branch
+
+        branch = f"{Branch(record['snapped_by_chamber'], record['snapped_side'])}: {_BUCKLED}"
     if record.get("other_branch_possible"):
         branch += "; with another past, another branch is possible"
     return "\n".join(

@@ -27,6 +27,7 @@ PLAUSIBLE = {
     "held_length": (0.0, 2.0, "m", _MILLIMETRES),
     "base_lag": (-2.0, 2.0, "m", _MILLIMETRES),
     "tip_offset": (-1.0, 1.0, "m", _MILLIMETRES),
+    "tip_draw": (-10.0, 10.0, "m³", "; is it in cubic millimetres?"),
     "mass_per_length": (0.0, 1e4, "kg/m", "; is it in grams?"),
     "cap_mass": (0.0, 1e4, "kg", "; is it in grams?"),
     "base_turn": (-0.01, 0.01, "rad/Pa", "; is it per kilopascal?"),
@@ -94,8 +95,11 @@ class Actuator:
     base_lag : length whose free turn is subtracted from that of the base [m].
     base_stiffness : bending stiffness of the section for which `base_turn` and `base_lag` hold [N m²]; a
         softer section turns more. Zero: the same turn for all sections.
+    base_growth : growth of the base's reach with the softness of the section: one that is s times as soft feels
+        the base over 1 + `base_growth` (s - 1) times the length, and turns by as many times more.
     tip_offset : largest distance of the cap from the end of the arc [m].
     tip_offset_curvature : curvature at which the distance is 71 % of the largest [1/m].
+    tip_draw : by how much the cap lies nearer to the base, per squared curvature [m³].
     held_length : length, both ends together, over which the chambers keep their volume [m].
     shear_compliance : lean of a section against the axis per transverse force [1/N]; zero for a rod that does
         not shear.
@@ -115,8 +119,10 @@ class Actuator:
     base_turn: Number = 0.0
     base_lag: Number = 0.0
     base_stiffness: Number = 0.0
+    base_growth: Number = 0.0
     tip_offset: Number = 0.0
     tip_offset_curvature: Number = 1.0
+    tip_draw: Number = 0.0
     held_length: Number = 0.0
     shear_compliance: Number = 0.0
 

@@ -6,6 +6,7 @@ import math
 import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -41,6 +42,7 @@ def run_command(parser: Parser, arguments: Sequence[str] | None, after_interrupt
     import jax
 
     jax.config.update("jax_enable_x64", True)
+    parser.add_argument("--version", action="version", version=f"%(prog)s {version('rodmodel')}")
     given = sys.argv[1:] if arguments is None else list(arguments)
     options = parser.parse_args(given)
     try:

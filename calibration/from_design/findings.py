@@ -187,6 +187,7 @@ def _rod(found: Findings) -> Section:
             ("lag of the base [mm]", f"{1e3 * float(actuator.base_lag):.4g}"),
             ("stiff tip [mm]", f"{1e3 * float(actuator.stiff_tip):.4g}"),
             ("largest offset of the cap [mm]", f"{1e3 * float(actuator.tip_offset):.4g}"),
+            ("draw of the cap [mm3]", f"{1e9 * float(actuator.tip_draw):.4g}"),
             ("held length of the chambers [mm]", f"{1e3 * float(actuator.held_length):.4g}"),
         ],
     )

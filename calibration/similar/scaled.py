@@ -24,8 +24,10 @@ _ACTUATOR = {
     "base_turn": (0, -1, 0),
     "base_lag": (1, 0, 0),
     "base_stiffness": (4, 1, 0),
+    "base_growth": (0, 0, 0),
     "tip_offset": (1, 0, 0),
     "tip_offset_curvature": (-1, 0, 0),
+    "tip_draw": (3, 0, 0),
     "held_length": (1, 0, 0),
     "shear_compliance": (-2, -1, 0),
 }

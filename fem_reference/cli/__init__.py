@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Sequence
+from importlib.metadata import version
 
 from fem_reference.cli import _actuator, _cell
 from fem_reference.cli._arguments import BAD_INPUT, INTERRUPTED, InputError, Parser
@@ -20,6 +21,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     prepare_process()
     parser = Parser(prog="rodmodel-fem", description="3D finite elements of a soft pneumatic actuator.")
+    parser.add_argument("--version", action="version", version=f"%(prog)s {version('rodmodel')}")
     commands = parser.add_subparsers(required=True, metavar="cell | actuator")
     _cell.add_command(commands)
     _actuator.add_command(commands)

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Sequence
 
 from rodmodel.cli import _cycle, _export, _inverse, _layouts, _predict, _workspace
-from rodmodel.cli._arguments import InputError, Parser
+from rodmodel.cli._arguments import InputError, Parser, Version
 from rodmodel.cli._options import BAD_INPUT
 
 # Status of a program that SIGPIPE ends: 128 and the signal's number.
@@ -39,6 +39,7 @@ def _parser() -> Parser:
     parser = Parser(
         prog="rodmodel", description="Bending of a soft pneumatic actuator, calibrated from 3D FEM."
     )
+    parser.add_argument("--version", action=Version)
     names = "layouts | predict | cycle | inverse | workspace | export"
     commands = parser.add_subparsers(required=True, metavar=names)
     for command in (_layouts, _predict, _cycle, _inverse, _workspace, _export):

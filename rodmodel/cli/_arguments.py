@@ -30,6 +30,20 @@ class Parser(argparse.ArgumentParser):
         raise InputError(f"{message} (see {self.prog} --help)")
 
 
+class Version(argparse.Action):
+    """Print the version and end; the package's metadata is read then only, which takes a predict's time."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(nargs=0, help="print the version and end", **options)
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> NoReturn:
+        """Print and end."""
+        from importlib.metadata import version
+
+        print(f"{parser.prog} {version('rodmodel')}")
+        parser.exit()
+
+
 def numbers(flag: str, words: Sequence[str], count: int, expected: str, *, negative: bool) -> list[float]:
     """Return the values of an option: `count` finite numbers, negative ones only if allowed."""
     text = " ".join(words)

@@ -22,8 +22,10 @@ ENDS = (
     "base_turn",
     "base_lag",
     "base_stiffness",
+    "base_growth",
     "tip_offset",
     "tip_offset_curvature",
+    "tip_draw",
     "held_length",
     "shear_compliance",
 )

@@ -4,7 +4,7 @@
      "layout": {"name", "psi_rad" (null for a law of all orientations), "pitch_m"},
      "actuator": {"body_length_m", "cap_length_m", "body_diameter_m",
                   "mass_per_length_kg_per_m", "cap_mass_kg", and, where known, "stiff_tip_m",
-                  "base_turn_rad_per_pa", "base_lag_m", "base_stiffness_n_m2", "tip_offset_m",
+                  "base_turn_rad_per_pa", "base_lag_m", "base_stiffness_n_m2", "base_growth", "tip_offset_m",
                   "tip_offset_curvature_per_m", "held_length_m", "shear_compliance_per_n"},
      "section_law": {"kind", "ridge_slope", "pressure_scale_pa", "curvature_scale_per_m", "energy_scale_n",
                      "rest_volume_m2", "symmetry", and, by name, the arrays of `RidgeArrays`},
@@ -72,8 +72,10 @@ _ACTUATOR = {
     "base_turn": "base_turn_rad_per_pa",
     "base_lag": "base_lag_m",
     "base_stiffness": "base_stiffness_n_m2",
+    "base_growth": "base_growth",
     "tip_offset": "tip_offset_m",
     "tip_offset_curvature": "tip_offset_curvature_per_m",
+    "tip_draw": "tip_draw_m3",
     "held_length": "held_length_m",
     "shear_compliance": "shear_compliance_per_n",
 }
@@ -305,6 +307,9 @@ def _actuator(record: Record) -> Actuator:
         value = getattr(actuator, name)
         if abs(value) > length:
             raise record.error(_ACTUATOR[name], f"{value:g}", f"at most the body's length, {length:g} m")
+    if abs(actuator.tip_draw) > length**3:
+        most = f"at most the cube of the body's length, {length**3:g} m3"
+        raise record.error("tip_draw_m3", f"{actuator.tip_draw:g}", most)
     return actuator
 
 

@@ -3,11 +3,12 @@
 At base and cap the closed chambers push on a face that holds the section's shape. The first section tilts by
 an angle proportional to the pressures' moment, Σ_k p_k e_k with e_k the axis about which chamber k bends the
 rod, less a length times û⊥ that the held section does not bend. The end withholds a moment, so a section of
-stiffness K = ∂m/∂u at û turns by K₀ K⁻¹ of that: where pressures soften the section, the ends turn more. At
-the other end the body straightens before the cap and turns more inside it. The cap is therefore offset from
-the end of the arc, away from the bend, by
+stiffness K = ∂m/∂u at û turns by S = K₀ K⁻¹ of that: where pressures soften the section, the ends turn more.
+A softer section also feels the face farther along the rod, over 1 + g (S − 1) times the length. At the other
+end the body straightens before the cap and turns more inside it. The cap is therefore offset from
+the end of the arc, away from the bend, and lies nearer to the base the more the body bends, by
 
-    a e₃ × û⊥ / (κ₀² + |û⊥|²)^½
+    a e₃ × û⊥ / (κ₀² + |û⊥|²)^½ − b |û⊥|² e₃
 
 with û the free curvature and û⊥ its bending part. Both effects depend on the pressures alone: against loads
 the ends are as compliant as the rest. So are the ends of the full finite-element actuator, to whose runs the
@@ -39,7 +40,10 @@ def base_turn(actuator: Actuator, pressure: Float[Array, "3"], law: CurvatureLaw
     across = jnp.asarray(_ACROSS, pressure.dtype)
     moment = pressure @ jnp.asarray(BENDING_AXES, pressure.dtype)
     turn = actuator.base_turn * moment - actuator.base_lag * across * law.free_curvature
-    softened = across * solve_3x3(law.stiffness(law.free_curvature), actuator.base_stiffness * turn)
+    stiffness = law.stiffness(law.free_curvature)
+    once = across * solve_3x3(stiffness, actuator.base_stiffness * turn)
+    twice = across * solve_3x3(stiffness, actuator.base_stiffness * once)
+    softened = once + actuator.base_growth * (twice - once)
     return jnp.where(actuator.base_stiffness == 0.0, turn, softened)
 
 
@@ -47,7 +51,7 @@ def tip_offset(actuator: Actuator, free_curvature: Float[Array, "3"]) -> Float[A
     """Return the offset of the cap from the body's end, in the frame of that end [m]."""
     x, y, _ = free_curvature
     size = actuator.tip_offset / jnp.sqrt(actuator.tip_offset_curvature**2 + x * x + y * y)
-    return size * jnp.stack([-y, x, jnp.zeros_like(x)])
+    return jnp.stack([-size * y, size * x, -actuator.tip_draw * (x * x + y * y)])
 
 
 def cap_centre(

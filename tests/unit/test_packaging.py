@@ -160,3 +160,12 @@ def test_set_up_compiles_the_core_again_when_a_source_changes(source: str) -> No
     ]
     printed = subprocess.run(make, cwd=ROOT, check=True, capture_output=True, text=True).stdout
     assert ".ci/setup core" in printed
+
+
+@pytest.mark.parametrize("program", PROJECT["scripts"])
+def test_every_program_tells_its_version(program: str, capsys: pytest.CaptureFixture[str]) -> None:
+    module, function = PROJECT["scripts"][program].split(":")
+    with pytest.raises(SystemExit) as ended:
+        getattr(importlib.import_module(module), function)(["--version"])
+    assert not ended.value.code
+    assert capsys.readouterr().out == f"{program} {PROJECT['version']}\n"

@@ -159,7 +159,8 @@ int rm_check_rod(const rm_rod *rod)
                                 domain->moment_max,  domain->torque_max,           domain->pressure_sum_max};
     const rm_real finite[] = {law->rest_volume, law->constant,  a->cap_length,       a->mass_per_length,
                               a->cap_mass,      a->base_turn,   a->base_lag,         a->base_stiffness,
-                              a->tip_offset,    a->held_length, a->shear_compliance};
+                              a->base_growth,   a->tip_offset,  a->tip_draw,         a->held_length,
+                              a->shear_compliance};
     int good = law->images >= 1 && law->images <= RM_MOST_IMAGES && law->ridges >= 0 && law->ridges % 8 == 0
                && law->ridges <= RM_MOST_RIDGES / RM_MOST_IMAGES && law->features >= 0
                && law->features <= RM_MOST_FEATURES;

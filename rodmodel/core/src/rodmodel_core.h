@@ -106,8 +106,10 @@ typedef struct {
     rm_real base_turn;              /* turn of the first section by the pressures' moment [rad/Pa] */
     rm_real base_lag;               /* length whose free turn is subtracted from that of the base */
     rm_real base_stiffness;         /* bending stiffness for which both hold [N m^2]; 0: for any */
+    rm_real base_growth;            /* growth of the base's reach with the softness of the section */
     rm_real tip_offset;             /* largest distance of the cap from the end of the arc */
     rm_real tip_offset_curvature;   /* curvature at which the distance is 71 % of the largest [1/m] */
+    rm_real tip_draw;               /* nearness of the cap to the base per squared curvature [m^3] */
     rm_real held_length;            /* length over which chambers keep their volume */
     rm_real shear_compliance;       /* lean of a section per transverse force [1/N] */
 } rm_actuator;

@@ -26,6 +26,7 @@ ROOT = Path(__file__).parents[3]
         ("body_diameter", 12.0, "body_diameter: got 12 m, expected 1e-06 to 2 m; is it in millimetres?"),
         ("stiff_tip", 2.2, "stiff_tip: got 2.2 m"),
         ("tip_offset", 2.5, "tip_offset: got 2.5 m"),
+        ("tip_draw", 700.0, "tip_draw: got 700 m³, expected -10 to 10 m³; is it in cubic millimetres?"),
         ("base_turn", 2.2, "base_turn: got 2.2 rad/Pa, expected -0.01 to 0.01 rad/Pa; is it per kilopascal?"),
         (
             "mass_per_length",

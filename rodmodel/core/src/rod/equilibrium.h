@@ -14,7 +14,7 @@
  *
  * The ends depend on the pressures. The first section tilts by an angle proportional to the pressures' moment, less a
  * length times the free curvature that the held section does not bend; a softer section tilts more. The cap is offset
- * from the arc by a e3 x u / (k0^2 + |u|^2)^(1/2), with u the bending part of the free curvature. */
+ * from the arc by a e3 x u / (k0^2 + |u|^2)^(1/2) - b |u|^2 e3, with u the bending part of the free curvature. */
 #ifndef RM_EQUILIBRIUM_H
 #define RM_EQUILIBRIUM_H
 
@@ -48,6 +48,13 @@ typedef struct {
     vec mount_slopes[3]; /* turns of the mount, in its frame [rad/Pa] */
     vec offset_slopes[3]; /* [m/Pa] */
 } equilibrium;
+
+/* Centre of the cap's outer face, from the body's end and in its frame [m]. */
+RM_INLINE vec cap_of(const equilibrium *e)
+{
+    const vec ahead = {R(0.0), R(0.0), R(1.0)};
+    return along(e->offset, e->tip_length, ahead);
+}
 
 /* Derivatives of the resultants by gravity. */
 typedef struct {
@@ -110,6 +117,24 @@ RM_INLINE vec bending_axis(int chamber)
     return axis;
 }
 
+/* Offset of the cap at a free curvature, frame of the body's end [m]. */
+RM_INLINE vec cap_offset(const rm_actuator *a, vec curvature)
+{
+    const vec bend = {curvature.x, curvature.y, R(0.0)}, draw = {R(0.0), R(0.0), -a->tip_draw * dot(bend, bend)};
+    return along(draw, a->tip_offset / rm_sqrt(a->tip_offset_curvature * a->tip_offset_curvature + dot(bend, bend)),
+                 axis_cross(bend));
+}
+
+/* Slope by a pressure of the turn of the first section once softened, from its slope before: `along_turn` and
+ * `stiffened` are those of the softened turn from `slopes_by_pressure`, `bend` is the slope of the curvature. */
+static vec softened_slope(sym flexibility, rm_real at_rest, vec slope, sym along_turn, vec stiffened, vec bend)
+{
+    const vec stiffer = add(sym_apply(along_turn, bend), stiffened);
+    vec found = sym_apply(flexibility, sub(scale(at_rest, slope), stiffer));
+    found.z = R(0.0);
+    return found;
+}
+
 /* Set the ends at the pressures, and their derivatives if the law was contracted with slopes; `free` is the section at
  * the free curvature, with c phi'' and c phi''' of its ridges kept. */
 static void set_ends(equilibrium *e, const rm_actuator *a, const rm_real *pressure, vec curvature,
@@ -123,38 +148,48 @@ static void set_ends(equilibrium *e, const rm_actuator *a, const rm_real *pressu
         turn = along(turn, a->base_turn * pressure[k], bending_axis(k));
     }
     turn = along(turn, -a->base_lag, bend);
-    const vec held = scale(a->base_stiffness, turn), soft = sym_apply(flexibility, held);
+    /* The section at rest turns by `turn`, a softer one by K0 K^-1 of that; with growth, once more by a share. */
+    const rm_real at_rest = a->base_stiffness, growth = a->base_growth;
+    const int softens = at_rest != R(0.0), grows = softens && growth != R(0.0);
+    const vec soft = sym_apply(flexibility, scale(at_rest, turn)), once = {soft.x, soft.y, R(0.0)};
+    const vec softer = grows ? sym_apply(flexibility, scale(at_rest, once)) : no_vec();
     if (with_slopes) {
-        vec moments[3], stiffened[3];
+        vec moments[3], stiffened[3], more[3];
         const sym along_soft = slopes_by_pressure(e->section, soft, moments, stiffened);
+        const sym along_softer = grows ? slopes_by_pressure(e->section, softer, moments, more) : along_soft;
         for (int k = 0; k < 3; k++) {
             const vec change = scale(R(-1.0), sym_apply(flexibility, moments[k]));
             bends[k].x = change.x;
             bends[k].y = change.y;
             slopes[k] = along(scale(a->base_turn, bending_axis(k)), -a->base_lag, bends[k]);
-            if (a->base_stiffness != R(0.0)) {
-                const vec stiffer = add(sym_apply(along_soft, change), stiffened[k]);
-                slopes[k] = sym_apply(flexibility, sub(scale(a->base_stiffness, slopes[k]), stiffer));
-                slopes[k].z = R(0.0);
+            if (softens) {
+                slopes[k] = softened_slope(flexibility, at_rest, slopes[k], along_soft, stiffened[k], change);
+            }
+            if (grows) {
+                const vec twice = softened_slope(flexibility, at_rest, slopes[k], along_softer, more[k], change);
+                slopes[k] = along(slopes[k], growth, sub(twice, slopes[k]));
             }
         }
     }
-    if (a->base_stiffness != R(0.0)) {
-        turn = soft;
-        turn.z = R(0.0);
+    if (softens) {
+        turn = once;
+    }
+    if (grows) {
+        const vec twice = {softer.x, softer.y, R(0.0)};
+        turn = along(once, growth, sub(twice, once));
     }
     e->mount = turn_by(no_turn(), turn);
-    const rm_real room = a->tip_offset_curvature * a->tip_offset_curvature + bend.x * bend.x + bend.y * bend.y;
-    const rm_real size = a->tip_offset / rm_sqrt(room);
-    e->offset = scale(size, axis_cross(bend));
+    e->offset = cap_offset(a, curvature);
     if (with_slopes) {
+        const rm_real room = a->tip_offset_curvature * a->tip_offset_curvature + dot(bend, bend);
+        const rm_real size = a->tip_offset / rm_sqrt(room);
         const half_angle h = half_angle_of(dot(turn, turn));
         for (int k = 0; k < 3; k++) {
             const vec once = cross(turn, slopes[k]);
             e->mount_slopes[k] =
                 along(along(slopes[k], R(-2.0) * h.sine * h.sine, once), h.third, cross(turn, once));
-            e->offset_slopes[k] =
-                scale(size, axis_cross(along(bends[k], -dot(bend, bends[k]) / room, bend)));
+            e->offset_slopes[k] = scale(size, axis_cross(along(bends[k], -dot(bend, bends[k]) / room, bend)));
+            e->offset_slopes[k].z = R(-2.0) * a->tip_draw * dot(bend, bends[k]);
         }
     }
 }

@@ -88,7 +88,7 @@ static void differentiate_arc(solve_state *at, const rm_input *input, vec positi
     const equilibrium *e = &at->equilibrium;
     const rm_real identity[9] = {R(1.0), R(0.0), R(0.0), R(0.0), R(1.0), R(0.0), R(0.0), R(0.0), R(1.0)};
     const mat world = mat_of_rows(input->given & RM_BASE ? input->base_rotation : identity);
-    const vec turn = at->reached.end.turn, cap = {e->offset.x, e->offset.y, e->tip_length};
+    const vec turn = at->reached.end.turn, cap = cap_of(e);
     const half_angle h = half_angle_of(dot(turn, turn));
     const sym flexibility = sym_inverse(at->free.stiffness);
     const quat end = at->reached.end.frame;
@@ -155,7 +155,7 @@ static void evaluate_pose(void *what, vec point, const place *near, place *there
     if (at.loaded) {
         rm_real position[3 * RM_INPUTS], turn[3 * RM_INPUTS];
         differentiate(&at, &input, s->options.steps, 0, 0, &d);
-        const vec cap = {at.equilibrium.offset.x, at.equilibrium.offset.y, at.equilibrium.tip_length};
+        const vec cap = cap_of(&at.equilibrium);
         put_pose_change(&at, &d, &d.end, at.reached.end.frame, cap, R(1.0), position, turn);
         for (int k = 0; k < 3; k++) {
             const vec p = {position[k], position[RM_INPUTS + k], position[2 * RM_INPUTS + k]};

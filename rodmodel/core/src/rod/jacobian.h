@@ -311,7 +311,7 @@ static int solve_with_jacobian(solve_state *at, const rm_rod *rod, const rm_inpu
     }
     differentiate(at, input, options->steps, 1, count > 0, &d);
     solution->steps = at->steps;
-    const vec cap = {at->equilibrium.offset.x, at->equilibrium.offset.y, at->equilibrium.tip_length};
+    const vec cap = cap_of(&at->equilibrium);
     const quat q = at->reached.end.frame;
     const vec ahead = {R(0.0), R(0.0), R(1.0)};
     put_pose_change(at, &d, &d.end, q, cap, R(1.0), jacobian->position, jacobian->turn);

@@ -319,9 +319,7 @@ static int put_solution(solve_state *at, const rm_input *input, const rm_options
     const reached_state *reached = &at->reached;
     const equilibrium *e = &at->equilibrium;
     const march_end *end = &reached->end;
-    const vec ahead = {R(0.0), R(0.0), R(1.0)};
-    const vec cap = along(e->offset, e->tip_length, ahead);
-    vec tip = add(end->position, out_of_body(end->frame, cap));
+    vec tip = add(end->position, out_of_body(end->frame, cap_of(e)));
     mat frame = mat_of_quat(end->frame);
 
     put_bend(solution, frame.c, count_half_turns(at));

@@ -10,9 +10,7 @@ static void put_stations(const rm_rod *rod, const rm_input *input, const rm_solu
 {
     const rm_actuator *a = &rod->actuator;
     const rm_real length = a->body_length - a->stiff_tip, end = a->body_length + a->cap_length;
-    const vec u = vec_of(solution->free_curvature), bend = {u.x, u.y, R(0.0)};
-    const rm_real room = a->tip_offset_curvature * a->tip_offset_curvature + u.x * u.x + u.y * u.y;
-    const vec offset = scale(a->tip_offset / rm_sqrt(room), axis_cross(bend));
+    const vec offset = cap_offset(a, vec_of(solution->free_curvature));
     for (int k = 0; k < count; k++) {
         const rm_real s = arc_lengths[k];
         vec none = {not_a_number(), not_a_number(), not_a_number()}, position = none, turn = none;

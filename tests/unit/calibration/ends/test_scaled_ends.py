@@ -7,6 +7,7 @@ import xarray as xr
 from calibration.ends import cell_bending as cells
 from calibration.ends import fit as ends
 from fem_reference import Design, Load, design_text, follow
+from rodmodel import Actuator
 from tests.fem_fixtures import TINY
 from tests.similar_designs import scaled
 from tests.unit.calibration.truth import test_compare_rods as paper
@@ -47,7 +48,9 @@ def test_the_ends_of_a_similar_actuator_are_the_same_scaled(monkeypatch):
         "tip_offset_curvature": 1.0 / LENGTH,
     }
     planted = {name: factors[name] * value for name, value in paper.PLANTED.items()}
-    planted |= {"base_stiffness": MODULUS * LENGTH**4 * paper.AT_REST, "held_length": LENGTH * paper.HELD}
+    planted |= {"base_growth": ends.GROWTH, "tip_draw": 1e-9 * ends.DRAW * LENGTH**3}
+    planted |= {"base_stiffness": MODULUS * LENGTH**4 * paper.AT_REST}
+    planted |= {"held_length": LENGTH * paper.HELD}
     assert found.values == pytest.approx(planted, rel=1e-6)
 
 
@@ -83,7 +86,7 @@ def test_states_of_little_bending_do_not_take_the_ends_to_infinity(monkeypatch):
         paper.SOFTNESS[rows],
         paper.BODY,
         paper.CAP,
-        **{**paper.PLANTED, "tip_offset": 2.0, "tip_offset_curvature": 8e3},
+        **{**paper.PLANTED, **paper.FIXED, "tip_offset": 2.0, "tip_offset_curvature": 8e3},
     )
     truth["pressure"] = (("state", "chamber"), share * paper.PRESSURE[rows])
     truth["tip_position"] = (("state", "axis"), tip)
@@ -137,3 +140,21 @@ def test_a_cell_that_keeps_its_plane_has_the_response_of_a_free_one(monkeypatch)
         turn = np.linalg.pinv(found.stiffness[row + 1]) @ [0.0, 1.0, 0.0]
         expected = np.linalg.inv(state.hessian[:3, :3]) @ [0.0, 1.0, 0.0]
         np.testing.assert_allclose(turn, expected, atol=1e-4 * expected[1])
+
+
+def test_ends_that_fit_best_with_a_tip_of_negative_length_have_none(monkeypatch):
+    """No actuator has such a tip, and the calibration file would refuse it once all is computed."""
+    truth = paper.truth_of()
+    bent = {**paper.PLANTED, **paper.FIXED, "stiff_tip": -0.5e-3}
+    curvature = 1.01 * paper.CURVATURE
+    tip, axis = ends.tip_between_ends(
+        curvature, paper.PRESSURE, paper.SOFTNESS, paper.BODY, paper.CAP, **bent
+    )
+    truth["tip_position"] = (("state", "axis"), tip)
+    truth["tip_rotation"] = (("state", "row", "column"), np.stack([0.0 * axis, 0.0 * axis, axis], axis=2))
+    cell = cells.Bending(curvature, np.full(len(curvature), 1.01), paper.VOLUME, paper.STIFFNESS)
+    monkeypatch.setattr(ends, "cell_bending", lambda chosen, compliance: cell)
+    found = ends.fit_ends(truth, paper.BODY, paper.CAP, 0.0)
+    assert 0.0 <= found.values["stiff_tip"] < 1e-6
+    assert found.after < 0.3 * found.before
+    Actuator(paper.BODY, paper.CAP, 12e-3, 0.1, 1e-3, **found.values)

@@ -28,6 +28,8 @@ PLANTED = {
     "tip_offset": 2.2e-3,
     "tip_offset_curvature": 9.0,
 }
+# What no fit changes.
+FIXED = {"base_growth": ends.GROWTH, "tip_draw": 1e-9 * ends.DRAW}
 # Of the cell at rest and at the states [N m²].
 AT_REST = 2.5e-4
 STIFFNESS = AT_REST * np.array(
@@ -65,7 +67,7 @@ def truth_of(role="fit", **changed) -> xr.Dataset:
     """Runs of an actuator that is an arc between ends."""
     count = len(CURVATURE)
     rod = np.zeros((count, 3))
-    tip, axis = ends.tip_between_ends(1.01 * CURVATURE, PRESSURE, SOFTNESS, BODY, CAP, **PLANTED)
+    tip, axis = ends.tip_between_ends(1.01 * CURVATURE, PRESSURE, SOFTNESS, BODY, CAP, **PLANTED, **FIXED)
     values = {
         "pressure": (("state", "chamber"), PRESSURE),
         "middle_curvature": (("state", "axis"), (1.0 - 10.0 * COMPLIANCE) * CURVATURE),
@@ -102,14 +104,14 @@ def known_cell(monkeypatch):
 def test_the_arc_between_ends_is_that_of_a_rod():
     """Against the rod's closed form, to rounding."""
     calibration = synthetic.calibration()
-    actuator = Actuator(BODY, CAP, 12e-3, 0.1, 1e-3, base_stiffness=AT_REST, **PLANTED)
+    actuator = Actuator(BODY, CAP, 12e-3, 0.1, 1e-3, base_stiffness=AT_REST, **FIXED, **PLANTED)
     rod = rodmodel.Rod(calibration.section_law, actuator, calibration.domain, 0.01)
     pressure = jnp.array([30e3, 12e3, 5e3])
     free = rod.section.free_curvature(pressure)
     softness = AT_REST * np.linalg.inv(rod.section.stiffness(free, pressure))[None]
     curvature = np.asarray(free)[None]
     (tip,), (axis,) = ends.tip_between_ends(
-        curvature, np.asarray(pressure)[None], softness, BODY, CAP, **PLANTED
+        curvature, np.asarray(pressure)[None], softness, BODY, CAP, **PLANTED, **FIXED
     )
     np.testing.assert_allclose(tip, rod.solve(pressure).tip_position, atol=1e-14)
     np.testing.assert_allclose(axis, rod.solve(pressure).tip_rotation[:, 2], atol=1e-14)
@@ -132,7 +134,7 @@ def test_the_ends_are_found(known_cell):
     """Planted ones, to the tolerance of the least squares; with noise, within three standard errors."""
     found = ends.fit_ends(truth_of(), BODY, CAP, 0.0)
     assert found.values == pytest.approx(
-        {**PLANTED, "base_stiffness": AT_REST, "held_length": HELD}, rel=1e-6
+        {**PLANTED, **FIXED, "base_stiffness": AT_REST, "held_length": HELD}, rel=1e-6
     )
     assert found.before > 1e-4 > 1e-9 > found.after
     assert found.volume_before > 1e-8 > 1e-18 > found.volume_after

@@ -56,7 +56,7 @@ def ends_slope(rod: CoreRod, chamber: int) -> tuple[np.ndarray, np.ndarray]:
     def ends(n: int) -> tuple[np.ndarray, np.ndarray]:
         u = (arc := rod.solve(PRESSURE + n * step * np.eye(3)[chamber])).curvature(0.0)
         size = a.tip_offset / np.hypot(a.tip_offset_curvature, np.hypot(u[0], u[1]))
-        return arc.frames(0.0), size * np.array([-u[1], u[0], 0.0])
+        return arc.frames(0.0), np.array([-size * u[1], size * u[0], -a.tip_draw * (u[0] ** 2 + u[1] ** 2)])
 
     (r1, o1), (r2, o2), (r3, o3), (r4, o4) = map(ends, (1, -1, 2, -2))
     slope = (8.0 * (r1 - r2) - (r3 - r4)) / (12.0 * step)

@@ -36,6 +36,7 @@ def rods() -> list[Rod]:
     weights = 0.4 * np.random.default_rng(4).standard_normal((len(full.feature_biases), 2))
     oriented = OrientedNetwork(full, jnp.asarray(weights)).at_psi(0.3)
     ends = replace(synthetic.ACTUATOR, stiff_tip=1.3e-3, base_turn=1.8e-6, base_lag=3e-3, tip_offset=2e-3)
+    ends = replace(ends, base_stiffness=3e-4, base_growth=0.4, tip_draw=0.7e-6)
     short = replace(synthetic.ACTUATOR, body_length=0.05, cap_mass=2e-3)
     low = rodmodel.Domain((20e3, 60e3, 60e3), 90e3, 1e-3, 0.4e-3)
     beside = replace(synthetic.DOMAIN, beside_share=0.5, beside_max=47e3)
@@ -104,7 +105,7 @@ def test_jacobians_of_a_stack_are_those_of_its_rods(rods: list[Rod]) -> None:
 
 def test_the_pose_is_differentiated_by_the_dimensions(rods: list[Rod]) -> None:
     rod = rods[1]
-    names = ["body_length", "cap_length", "cap_mass", "base_turn", "tip_offset"]
+    names = ["body_length", "cap_length", "cap_mass", "base_turn", "tip_offset", "tip_draw"]
     here = jnp.array([getattr(rod.actuator, name) for name in names])
 
     @jax.jit

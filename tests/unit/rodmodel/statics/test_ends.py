@@ -16,8 +16,8 @@ from tests.unit.rodmodel import synthetic
 pytestmark = pytest.mark.slow
 
 TURN, LAG = 1.5e-6, 3e-3  # [rad/Pa], [m]
-STIFFNESS = 3e-4  # [N m²]
-OFFSET, CURVATURE = 2.5e-3, 8.0
+STIFFNESS, GROWTH = 3e-4, 0.6  # [N m²], none
+OFFSET, CURVATURE, DRAW = 2.5e-3, 8.0, 0.8e-6  # [m], [1/m], [m³]
 STIFF = {"stiff_tip": 2e-3}
 PRESSURE = jnp.array([30e3, 10e3, 2e3])
 FORCE = jnp.array([0.01, 0.02, -0.01])
@@ -46,8 +46,10 @@ def both() -> Rod:
         base_turn=TURN,
         base_lag=LAG,
         base_stiffness=STIFFNESS,
+        base_growth=GROWTH,
         tip_offset=OFFSET,
         tip_offset_curvature=CURVATURE,
+        tip_draw=DRAW,
     )
 
 
@@ -92,6 +94,19 @@ def test_a_softer_section_turns_more() -> None:
     assert np.linalg.norm(expected - plain) > 0.05 * np.linalg.norm(plain)
 
 
+def test_a_softer_section_feels_the_base_farther() -> None:
+    """S (1 + g (S − 1)) with S of the axes across: that of one that does not grow, and a share of S²."""
+    rod = rod_with(base_turn=TURN, base_lag=LAG, base_stiffness=STIFFNESS, base_growth=GROWTH)
+    free = rod.section.free_curvature(PRESSURE)
+    softness = STIFFNESS * np.linalg.inv(np.asarray(rod.section.stiffness(free, PRESSURE)))[:2, :2]
+    plain = np.asarray(base_turn(turned().actuator, PRESSURE, rod.section.at(PRESSURE)))[:2]
+    found = base_turn(rod.actuator, PRESSURE, rod.section.at(PRESSURE))
+    once = softness @ plain
+    expected = (1.0 - GROWTH) * once + GROWTH * softness @ once
+    np.testing.assert_allclose(found, [*expected, 0.0], rtol=1e-12, atol=1e-15)
+    assert np.linalg.norm(expected - once) > 0.05 * np.linalg.norm(once)
+
+
 def test_it_turns_the_way_that_the_chamber_bends_it() -> None:
     for k in range(3):
         pressure = 20e3 * jnp.eye(3)[k]
@@ -116,6 +131,15 @@ def test_the_cap_lies_away_from_the_bend() -> None:
     x = np.asarray(s) / ours.shape.length
     aside_by = (x**2 * (3.0 - 2.0 * x))[:, None] * (np.asarray(plain.frames(s)) @ away)
     np.testing.assert_allclose(ours.centreline(s), plain.centreline(s) + aside_by, atol=1e-15)
+    np.testing.assert_allclose(ours.centreline(0.066), ours.tip_position, atol=1e-12)
+
+
+def test_the_cap_is_drawn_in_as_the_square_of_the_bend() -> None:
+    ours, plain = rod_with(tip_draw=DRAW).solve(PRESSURE), rod_with().solve(PRESSURE)
+    moved = np.asarray(ours.tip_rotation).T @ np.asarray(ours.tip_position - plain.tip_position)
+    bend = float(np.sum(np.asarray(plain.curvature(0.03))[:2] ** 2))
+    np.testing.assert_allclose(moved, [0.0, 0.0, -DRAW * bend], atol=1e-14)
+    assert DRAW * bend > 1e-4
     np.testing.assert_allclose(ours.centreline(0.066), ours.tip_position, atol=1e-12)
 
 

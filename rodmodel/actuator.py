@@ -95,8 +95,8 @@ class Actuator:
     base_lag : length whose free turn is subtracted from that of the base [m].
     base_stiffness : bending stiffness of the section for which `base_turn` and `base_lag` hold [N m²]; a
         softer section turns more. Zero: the same turn for all sections.
-    base_growth : growth of the base's reach with the softness of the section: one that is s times as soft feels
-        the base over 1 + `base_growth` (s - 1) times the length, and turns by as many times more.
+    base_growth : growth of the base's reach with the softness of the section: one that is s times as soft
+        feels the base over 1 + `base_growth` (s - 1) times the length, and turns by as many times more.
     tip_offset : largest distance of the cap from the end of the arc [m].
     tip_offset_curvature : curvature at which the distance is 71 % of the largest [1/m].
     tip_draw : by how much the cap lies nearer to the base, per squared curvature [m³].

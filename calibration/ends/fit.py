@@ -30,9 +30,9 @@ PARAMETERS = {
     "tip_offset": 1.0,
     "tip_offset_curvature": 5e-3,
 }
-#: `rodmodel.Actuator.base_growth` and `tip_draw`, the latter in the body's own millimetres. Runs of small bends tell
-#: neither, so all designs have those of the paper's actuator at ψ = 0, whose 50 fit states leave 17.2 mm² without
-#: both, and 15.5, 15.1, 15.2 and 15.5 mm² with growths of 0, 1/3, 1/2 and 2/3 and the draw that is best for each.
+#: `rodmodel.Actuator.base_growth` and `tip_draw`, this in the body's own millimetres. Runs of small bends
+#: tell neither, so all designs have those of the paper's actuator at ψ = 0: its 50 fit states leave 17.2 mm²
+#: without both, and 15.5, 15.1, 15.2, 15.5 mm² with growths of 0, 1/3, 1/2, 2/3 and the best draw for each.
 GROWTH, DRAW = 1.0 / 3.0, 710.0
 # Bounds of the search, in these units: few states of small curvature tell the cap's offset by its slope
 # alone, and would take both numbers of it to infinity. An offset is at most half of the diameter.

@@ -20,6 +20,7 @@ _ENDS = {
     "stiff_tip": ("stiff tip", "mm", 1e3),
     "tip_offset": ("largest cap offset", "mm", 1e3),
     "tip_offset_curvature": ("curvature of the offset", "1/m", 1.0),
+    "base_growth": ("growth of the base's reach", "", 1.0),
     "held_length": ("held chamber length", "mm", 1e3),
 }
 
@@ -139,7 +140,7 @@ def _print_ends(
     print(f"with {1e3 * compliance:g} mm/N in the cell:")
     for name, (title, unit, factor) in _ENDS.items():
         value, spread = factor * ends.values[name], factor * ends.standard_errors[name]
-        print(f"  {title:24s} {value:8.3f} ± {spread:.3f} {unit}")
+        print(f"  {title:24s} {value:8.3f} ± {spread:.3f} {unit}".rstrip())
     if shear is not None:
         print(f"shear compliance {shear[0]:.3f} ± {shear[1]:.3f} rad/N")
     print(

@@ -2,8 +2,8 @@
 
 All numbers are fitted to the unloaded states of the ``fit`` runs only. First the axial compliance of the
 ends: with it the cell has the curvature of the actuator's middle. Then, with the cell of that compliance,
-five numbers of `rodmodel.Actuator` fit the arc to the tip's pose: its position, and that of a point half a
-body's length ahead of it. A sixth fits the cell's chamber volumes to the actuator's. The base acts by a
+six numbers of `rodmodel.Actuator` fit the arc to the tip's pose: its position, and that of a point half a
+body's length ahead of it. A seventh fits the cell's chamber volumes to the actuator's. The base acts by a
 moment; the rotation follows from the cell's stiffness, relative to the stiffness at rest. The cell has
 the mesh of the runs, so that neither the mesh nor the error of a law affects the numbers.
 """
@@ -29,17 +29,17 @@ PARAMETERS = {
     "stiff_tip": 1.0,
     "tip_offset": 1.0,
     "tip_offset_curvature": 5e-3,
+    "base_growth": 1.0,
 }
-#: `rodmodel.Actuator.base_growth` and `tip_draw`, this in the body's own millimetres. Runs of small bends
-#: tell neither, so all designs have those of the paper's actuator at ψ = 0: its 50 fit states leave 17.2 mm²
-#: without both, and 15.5, 15.1, 15.2, 15.5 mm² with growths of 0, 1/3, 1/2, 2/3 and the best draw for each.
-GROWTH, DRAW = 1.0 / 3.0, 710.0
+#: `rodmodel.Actuator.tip_draw` in the body's own mm³. Runs of small bends do not tell it, so all designs have
+#: that of the paper's actuator at ψ = 0: its 50 fit states leave 17.2 mm² without, 15.1 mm² with it.
+DRAW = 710.0
 # Bounds of the search, in these units: few states of small curvature tell the cap's offset by its slope
 # alone, and would take both numbers of it to infinity. An offset is at most half of the diameter.
-_LEAST = np.array([-50.0, -30.0, 0.0, -6.0, 0.1])
-_MOST = np.array([50.0, 30.0, 30.0, 6.0, 40.0])
+_LEAST = np.array([-50.0, -30.0, 0.0, -6.0, 0.1, 0.0])
+_MOST = np.array([50.0, 30.0, 30.0, 6.0, 40.0, 1.0])
 # Starts of the search: near the paper's ends; and no ends, so that none fit worse than those.
-_STARTS = np.ones(len(PARAMETERS)), np.array([0.0, 0.0, 0.0, 0.0, 1.0])
+_STARTS = np.ones(len(PARAMETERS)), np.array([0.0, 0.0, 0.0, 0.0, 1.0, 0.0])
 
 
 @dataclass(frozen=True)
@@ -192,7 +192,6 @@ def fit_ends(truth: xr.Dataset, body_length: float, cap_length: float, complianc
         values={
             **dict(zip(PARAMETERS, (units * x).tolist(), strict=True)),
             "base_stiffness": at_rest,
-            "base_growth": GROWTH,
             "tip_draw": actuator.draw,
             "held_length": held,
         },
@@ -263,6 +262,7 @@ class _Poses:
             "stiff_tip": millimetre,
             "tip_offset": millimetre,
             "tip_offset_curvature": 1.0 / millimetre,
+            "base_growth": 1.0,
         }
         return np.array([share * one[name] for name, share in PARAMETERS.items()])
 
@@ -291,7 +291,6 @@ class _Poses:
             self.softness,
             self.body_length,
             self.cap_length,
-            base_growth=GROWTH,
             tip_draw=self.draw,
             **named,
         )

@@ -46,9 +46,10 @@ def test_the_ends_of_a_similar_actuator_are_the_same_scaled(monkeypatch):
         "stiff_tip": LENGTH,
         "tip_offset": LENGTH,
         "tip_offset_curvature": 1.0 / LENGTH,
+        "base_growth": 1.0,
     }
     planted = {name: factors[name] * value for name, value in paper.PLANTED.items()}
-    planted |= {"base_growth": ends.GROWTH, "tip_draw": 1e-9 * ends.DRAW * LENGTH**3}
+    planted |= {"tip_draw": 1e-9 * ends.DRAW * LENGTH**3}
     planted |= {"base_stiffness": MODULUS * LENGTH**4 * paper.AT_REST}
     planted |= {"held_length": LENGTH * paper.HELD}
     assert found.values == pytest.approx(planted, rel=1e-6)

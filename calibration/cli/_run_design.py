@@ -41,6 +41,10 @@ def run_actuator(options: argparse.Namespace) -> "Design":
             f"--psi-deg: got {options.psi_deg} with --layout {layout}, expected one orientation, or "
             "for a double helix the least and the largest of many"
         )
+    if any(psi) and not layout.endswith("helix"):
+        raise BadInputError(
+            f"--psi-deg: got {options.psi_deg[0]:g} with --layout {layout}, expected it for helices only"
+        )
     compliance = own.end_compliance
     if options.end_compliance_mm_per_n is not None:
         compliance = 1e-3 * options.end_compliance_mm_per_n

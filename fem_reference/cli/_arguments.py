@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from fem_reference.design import Design, read_design
-from fem_reference.geometry import LAYOUTS, ActuatorGeometry, Ring, Winding, layout
+from fem_reference.geometry import LAYOUTS, ActuatorGeometry, NoWinding, Ring, Winding, layout
 from fem_reference.mesh import LEVELS
 
 GOOD, BAD_INPUT, NO_CONVERGENCE = 0, 2, 3
@@ -84,6 +84,13 @@ def _winding(options: argparse.Namespace, own: Winding, geometry: ActuatorGeomet
     flags = (options.layout, options.psi_deg, options.pitch_mm, options.spacing_mm)
     if all(flag is None for flag in flags):
         return own
+    name = options.layout or own.name
+    if name in (Ring.name, NoWinding.name) and options.psi_deg is not None:
+        raise InputError(f"--psi-deg: got it for the layout {name}, expected it for helices only")
+    if options.pitch_mm is not None and options.spacing_mm is not None:
+        raise InputError(
+            "--pitch-mm: got it with --spacing-mm, expected one of them: rings lie half a pitch apart"
+        )
     psi = getattr(own, "psi", 0.0)
     if options.psi_deg is not None:
         (psi_deg,) = numbers("--psi-deg", options.psi_deg, 1, "deg")
@@ -96,7 +103,7 @@ def _winding(options: argparse.Namespace, own: Winding, geometry: ActuatorGeomet
     spacing = None
     if options.spacing_mm is not None:
         spacing = 1e-3 * numbers("--spacing-mm", options.spacing_mm, 1, "mm")[0]
-    return layout(options.layout or own.name, psi, pitch, spacing)
+    return layout(name, psi, pitch, spacing)
 
 
 def _geometry(options: argparse.Namespace, own: ActuatorGeometry) -> ActuatorGeometry:
@@ -185,5 +192,6 @@ def with_flags(message: str) -> str:
         "slack_share": "--slack-share",
         "symmetric": "--symmetric",
     }
-    name, _, rest = message.partition(":")
-    return f"{flags.get(name, name)}:{rest}"
+    flags |= {name: flag for flag, name in _WALLS.items()}
+    names, colon, rest = message.partition(":")
+    return " ".join(flags.get(word, word) for word in names.split(" ")) + colon + rest

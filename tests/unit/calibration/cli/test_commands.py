@@ -42,6 +42,7 @@ def bad(capsys):
         ([*RUN, "--psi-deg", "abc"], "--psi-deg", "abc", "finite number"),
         ([*RUN, "--psi-deg", "30", "0"], "--psi-deg", "30.0, 0.0", "the least and the largest of many"),
         ([*RUN, "--layout", "ring", "--psi-deg", "0", "30"], "--psi-deg", "ring", "one orientation"),
+        ([*RUN, "--layout", "ring", "--psi-deg", "30"], "--psi-deg", "30", "for helices only"),
         ([*RUN, "--pitch-mm", "0"], "--pitch-mm", "0", "positive"),
         ([*RUN, "--pitch-mm", "nan"], "--pitch-mm", "nan", "positive"),
         ([*RUN, "--layout", "knot"], "--layout", "knot", "double-helix"),

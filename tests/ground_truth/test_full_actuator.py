@@ -15,8 +15,8 @@ PAPER, WIDEST = "double-helix, pitch 3 mm, ψ = 0°", "double-helix, pitch 6 mm,
 QUARTER, SIX = "double-helix, pitch 3 mm, ψ = 90°", "six-helix, pitch 3 mm"
 # Laws of the fine mesh, whose truth is of the coarse one and carried to the limit by the cell's ratio.
 THIRD, TURNED = "double-helix, pitch 3 mm, ψ = 30°", "double-helix, pitch 3 mm, ψ = 45°"
-# Their worst tips are 2.01, 2.40 and 2.12 % off.
-CARRIED = (THIRD, TURNED, SIX)
+# The worst tips of two are 2.42 and 2.27 % off.
+CARRIED = (TURNED, SIX)
 TIP = 2.0
 # Tip of ψ = 0 below 52 kPa: no worse than the law that went no further, 1.26, and the rounding of it.
 BELOW_52 = 1.31
@@ -45,8 +45,14 @@ def leaning(verdict: Verdict, yes: bool = True) -> Verdict:
     return replace(verdict, judged=verdict.judged & (of == yes))
 
 
-def test_the_tip_of_the_whole_range_is_within_the_worst_that_is_asked(verdict: Verdict) -> None:
-    assert report_rods(verdict)[PAPER]["tip_percent"]["worst"] <= 4.0
+def test_tips_over_the_whole_range_are_as_near_as_is_asked(verdict: Verdict) -> None:
+    """All windings, single chambers to 70 kPa and pairs to 50."""
+    tips = report_rods(verdict)["all"]["tip_percent"]
+    assert tips["median"] <= 0.7
+    assert tips["p95"] <= 2.0
+    assert tips["worst"] <= 4.0
+    assert report_rods(verdict)[PAPER]["tip_percent"]["worst"] <= TIP
+    assert report_rods(verdict)[THIRD]["tip_percent"]["worst"] <= TIP
 
 
 def test_the_rod_is_as_near_as_the_documentation_says(verdict: Verdict) -> None:
@@ -70,7 +76,7 @@ def test_the_rod_is_as_near_as_the_documentation_says(verdict: Verdict) -> None:
 
 
 @pytest.mark.xfail(
-    strict=True, reason="0.54 %: the ends are of the whole range now, and pay for it below 52 kPa"
+    strict=True, reason="0.49 %: the ends are of the whole range now, and pay for it below 52 kPa"
 )
 def test_the_rod_is_as_near_its_fit_runs_as_when_they_ended_at_50_kpa(verdict: Verdict) -> None:
     assert report_rods(verdict, "fit")[PAPER]["tip_percent"]["median"] <= 0.39
@@ -85,15 +91,14 @@ def test_rods_of_all_windings_are_within_the_worst_that_is_asked(verdict: Verdic
         assert name in (TURNED, "all") or figures["plane_deg"]["worst"] <= 2.0, name
 
 
-# At (51, 17, 20) kPa and ψ = 0 γ is 3.8° off and the tip 1.6 %; at ψ = 90° θ 4.5°, γ 4.5°, the tip 3.0 %.
+# At (51, 17, 20) kPa and ψ = 0 γ is 3.7° off; at ψ = 90° θ 3.7°, γ 4.3°, the tip 2.7 %.
 leans = pytest.mark.xfail(strict=True, reason="the actuator leans by 0.7 of what its section does")
 
 
 @pytest.mark.parametrize(
     ("name", "figure", "bar"),
     [
-        (PAPER, "tip_percent", TIP),
-        pytest.param(PAPER, "tip_percent", BELOW_52, marks=leans),
+        (PAPER, "tip_percent", BELOW_52),
         (PAPER, "angle_deg", 3.0),
         pytest.param(PAPER, "plane_deg", 2.0, marks=leans),
         pytest.param(QUARTER, "tip_percent", TIP, marks=leans),

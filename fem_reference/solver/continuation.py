@@ -194,9 +194,10 @@ class PathFollower(Generic[State, Load, Linear, Move, Viscous]):
         telling = self._telling if lost else 0.0
         if 0.0 < telling < self.step:
             self.step = max(telling, own.shortest)
-        if len(failed) <= own.halvings and self.step >= own.shortest:
+        if len(failed) <= own.halvings and own.shortest <= self.step < step:
             return 0.0
-        ends = self.step < own.shortest or (lost and step <= telling)
+        # A step that is as short as any ends the path, though it tell no loss: a soft body moves far over it.
+        ends = self.step < own.shortest or (lost and step <= max(telling, own.shortest))
         goal, distance = failed[0] if self._creeps else failed[-1]
         if (self._creeps or ends) and self._relax(goal, distance):
             return distance

@@ -79,6 +79,27 @@ def test_a_path_that_is_not_to_jump_ends_below_the_fold(jumps):
     )
 
 
+def test_a_soft_body_that_is_not_to_jump_ends_too(monkeypatch):
+    """Thirty times as soft: the load itself moves it too far over the shortest step for a failure to tell."""
+    tried = []
+
+    def solve(problem, solver, target, *arguments, **named):
+        tried.append(float(target.pressure[0]))
+        assert len(tried) < 100, f"the path goes on for ever: {tried[-5:]}"
+        return solve_equilibrium(problem, solver, target, *arguments, **named)
+
+    soft = Diagonal(
+        lambda x: (x / 30.0) ** 3 - x / 30.0, lambda x: (3.0 * (x / 30.0) ** 2 - 1.0) / 30.0, 1, reach=3.0
+    )
+    along = follower(soft, -30.0, creeps=False)
+    monkeypatch.setattr(continuation, "solve_equilibrium", solve)
+    with pytest.raises(PathError, match=r"^walls lose their balance") as caught:
+        along.follow(Push(np.full(1, 0.5)))
+    assert caught.value.unstable
+    assert FOLD - SolverOptions().continuation.shortest <= float(caught.value.target.pressure[0]) < FOLD
+    assert not along.jumped
+
+
 @pytest.mark.parametrize("creeps", [True, False])
 def test_a_body_that_slides_a_short_way_to_its_next_place_has_not_jumped(jumps, creeps):
     """Wells 0.04 mm apart: past the fold the body comes to rest 0.05 mm away, less than `slide`."""

@@ -108,13 +108,13 @@ def tip_by_scipy(
 ) -> np.ndarray:
     """Tip by DOP853 in rotation matrices and `fsolve`, of the equations in Antman (2005), ch. 8.
 
-    The moment itself is the state, and not the curvature; the ends' mount and offset are given.
+    The moment itself is the state, and not the curvature; the ends' mount and the
+    way from the body's end to the cap's outer face, ``offset``, are given.
     """
     a = rod.actuator
-    length, tip = a.bending_length, a.tip_length
+    length = a.bending_length
     force, gravity = loads["tip_force"], loads["gravity"]
     follower, moment = loads["follower_force"], loads["tip_moment"]
-    cap = np.array([*offset[:2], tip])
 
     def below(s: float) -> np.ndarray:
         return force + (a.cap_mass + a.mass_per_length * (a.body_length - s)) * gravity
@@ -140,10 +140,10 @@ def tip_by_scipy(
         end = integrate(guess)
         R = end[3:12].reshape(3, 3)
         m, _ = section_of(rod.handle, pressure, end[12:15])
-        arm = R @ cap
+        arm = R @ offset
         # Weights of stiff tip and cap act at their middles.
         stiff = R @ np.array([0.0, 0.0, 0.5 * a.stiff_tip])
-        middle = R @ np.array([*offset[:2], a.stiff_tip + 0.5 * a.cap_length])
+        middle = R @ (offset - np.array([0.0, 0.0, 0.5 * a.cap_length]))
         world = moment + np.cross(arm, force + guess[3:])
         world = world + np.cross(stiff, a.mass_per_length * a.stiff_tip * gravity)
         world = world + np.cross(middle, a.cap_mass * gravity)
@@ -151,7 +151,7 @@ def tip_by_scipy(
 
     root = fsolve(missing, start, xtol=1e-10)
     end = integrate(root)
-    return np.asarray(end[:3] + end[3:12].reshape(3, 3) @ cap)
+    return np.asarray(end[:3] + end[3:12].reshape(3, 3) @ offset)
 
 
 def test_an_independent_integrator_finds_the_same_tips(shipped: CoreRod) -> None:
@@ -170,7 +170,7 @@ def test_an_independent_integrator_finds_the_same_tips(shipped: CoreRod) -> None
         arc = shipped.solve(pressure)
         mount = arc.frames(0.0)
         end = arc.frames(0.06)
-        # What the pressures preset: the mount, and how far the cap lies beside the arc's end.
+        # What the pressures preset: the mount, and the way from the arc's end to the cap.
         offset = end.T @ (arc.tip_position - arc_end(arc, shipped))
         tip = tip_by_scipy(shipped, pressure, mount, offset, 1.001 * found.unknown, loads)
         np.testing.assert_allclose(found.tip_position, tip, atol=1e-9 * 0.066)

@@ -251,7 +251,6 @@ def test_11_animation_draws_rod_and_elements_and_tells_how_far_apart(told: Run, 
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="4.0 % of the length in chamber 1 at 70 kPa")
 def test_11_the_rod_of_the_animation_is_within_its_bar(told: Run, tmp_path: Path) -> None:
     lines = told(
         "11_animation.py", str(tmp_path / "m.gif"), str(tmp_path / "s.png"), "--every", "4"

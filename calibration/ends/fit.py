@@ -359,7 +359,8 @@ def tip_between_ends(
     position += (stiff_tip + cap_length) * end[:, :, 2]
     bend = curvature * [1.0, 1.0, 0.0]
     held_back = base_turn * pressure @ BENDING_AXES - base_lag * bend
-    once, twice = _softened(softness, held_back), _softened(softness, _softened(softness, held_back))
+    once = _softened(softness, held_back)
+    twice = _softened(softness, once)
     base = Rotation.from_rotvec(once + base_growth * (twice - once))
     return base.apply(position), base.apply(end[:, :, 2])
 

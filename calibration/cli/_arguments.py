@@ -3,6 +3,7 @@
 import argparse
 import json
 import math
+import os
 import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -16,6 +17,8 @@ _MOST_SEED = 2**63 - 1
 GOOD, BAD_INPUT, NOT_CONVERGED = 0, 2, 3
 #: Exit status after Ctrl-C, as in shells.
 INTERRUPTED = 130
+#: Exit status of a program that SIGPIPE ends.
+UNREAD = 141
 
 
 class BadInputError(ValueError):
@@ -47,10 +50,15 @@ def run_command(parser: Parser, arguments: Sequence[str] | None, after_interrupt
     options = parser.parse_args(given)
     try:
         status: int = options.command(options, shlex.join([parser.prog, *given]))
+        sys.stdout.flush()
     except BadInputError as error:
         return complain(f"{parser.prog}: {' '.join(str(error).split())}", BAD_INPUT)
     except KeyboardInterrupt:
         return complain(f"{parser.prog}: {after_interrupt}", INTERRUPTED)
+    except BrokenPipeError:
+        # The reader closed the pipe (`| head`). Buffered output would fail again at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return UNREAD
     return status
 
 

@@ -126,9 +126,11 @@ def _judge(options: argparse.Namespace, command: str) -> int:
     if options.json:
         print(json.dumps({**found, "coverage": shares, "snapped": [asdict(state) for state in snapped]}))
         return _status(found, options)
-    print(
+    inside = (
         f"{found['judged']} of {found['states']} states of {options.role} runs are inside the rods' domains"
     )
+    after = sum(state.in_domain for state in snapped)
+    print(f"{inside}, and {after} more inside those of snapped branches" if after else inside)
     print(f"{'':32s} {'median':>8s} {'95 %':>8s} {'worst':>8s}   at")
     for key, title in _ROWS.items():
         if key in found:

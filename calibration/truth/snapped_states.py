@@ -101,7 +101,7 @@ def _compared(state: xr.Dataset, case: str, calibrated: Found) -> SnappedState |
     if branch not in sheets or abs(aside) > _TWICE:
         return None
     law = sheets[branch].law
-    rod = CoreRod.of_sheet(calibrated, sheets[branch])
+    rod = CoreRod.of_sheet(sheets[branch])
     solution = rod.solve(
         pressure, tip_force=state["tip_force"].values, gravity=state["gravity"].values, throw=False
     )

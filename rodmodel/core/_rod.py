@@ -96,12 +96,11 @@ class CoreRod:
         return cls(handle, calibration.actuator, found.domain, bound)
 
     @classmethod
-    def of_sheet(cls, found: "Found", sheet: "SnappedSheet", variant: str = VARIANTS[-1]) -> "CoreRod":
-        """Return the rod of a calibration on a snapped branch."""
-        calibration = found.calibration
+    def of_sheet(cls, sheet: "SnappedSheet", variant: str = VARIANTS[-1]) -> "CoreRod":
+        """Return the rod of a snapped branch."""
         law = law_data(sheet.law.law, sheet.turns, sheet.mirrored)
-        handle = Handle(law, calibration.actuator, sheet.domain, sheet.bound, variant)
-        return cls(handle, calibration.actuator, sheet.domain, sheet.bound)
+        handle = Handle(law, sheet.actuator, sheet.domain, sheet.bound, variant)
+        return cls(handle, sheet.actuator, sheet.domain, sheet.bound)
 
     @classmethod
     def linear(

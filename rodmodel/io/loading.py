@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, final
 
-from rodmodel.actuator import Domain, Layout, Number
+from rodmodel.actuator import Actuator, Domain, Layout, Number
 from rodmodel.error_bound import ErrorBound
 from rodmodel.io.calibration_file import Calibration, read_calibration
 from rodmodel.io.calibration_text import calibration_record, layout_text
-from rodmodel.io.snapped import SnappedLaw, snapped_bound
+from rodmodel.io.snapped import SnappedLaw, snapped_bound, snapped_ends
 
 if TYPE_CHECKING:
     import rodmodel.control
@@ -135,9 +135,7 @@ def branches_of(found: Found) -> "rodmodel.control.Branches":
     from rodmodel.control import Branch, Branches
     from rodmodel.core import CoreRod
 
-    snapped = {
-        Branch(sheet.chamber, sheet.side): CoreRod.of_sheet(found, sheet) for sheet in snapped_sheets(found)
-    }
+    snapped = {Branch(sheet.chamber, sheet.side): CoreRod.of_sheet(sheet) for sheet in snapped_sheets(found)}
     return Branches(CoreRod.of(found), snapped)
 
 
@@ -186,6 +184,7 @@ class SnappedSheet:
     turns, mirrored : see `Found`.
     domain : the law's domain, with the chambers numbered as in the rod's section.
     bound : bound of the errors.
+    actuator : dimensions and ends; see `snapped_ends`.
     """
 
     chamber: int
@@ -195,12 +194,13 @@ class SnappedSheet:
     mirrored: bool
     domain: Domain
     bound: ErrorBound
+    actuator: Actuator
 
 
 def snapped_sheets(found: Found) -> tuple[SnappedSheet, ...]:
     """Return the snapped branches of a layout: the calibration's, and their images by symmetry."""
     sheets: dict[tuple[int, int], SnappedSheet] = {}
-    bound = snapped_bound(found.calibration.snapped)
+    bound, actuator = snapped_bound(found.calibration.snapped), snapped_ends(found.calibration.actuator)
     for law in found.calibration.snapped:
         for turns, mirrored in _IMAGES[found.calibration.law.symmetry]:
             # First the section's own image, then the one that the layout asks for.
@@ -209,7 +209,7 @@ def snapped_sheets(found: Found) -> tuple[SnappedSheet, ...]:
             place = (1 - law.chamber if flipped else law.chamber - 1) + turn
             key = (place % 3 + 1, -law.side if flipped else law.side)
             domain = _renumbered(law.domain, turn, flipped)
-            sheets.setdefault(key, SnappedSheet(*key, law, turn, flipped, domain, bound))
+            sheets.setdefault(key, SnappedSheet(*key, law, turn, flipped, domain, bound, actuator))
     return tuple(sheets.values())
 
 

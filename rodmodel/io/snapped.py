@@ -6,10 +6,10 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, final
 
-from rodmodel.actuator import Domain
+from rodmodel.actuator import Actuator, Domain
 from rodmodel.error_bound import ErrorBound
 from rodmodel.io.json_record import Record
 from rodmodel.io.law_arrays import RidgeArrays
@@ -55,6 +55,16 @@ def snapped_bound(laws: Sequence[SnappedLaw]) -> ErrorBound:
     cells = [law.error["free_bending_angle_rad"] for law in laws if "free_bending_angle_rad" in law.error]
     angle = max(float(value) for value in [*(r["angle_rad"] for r in runs), *(c["worst"] for c in cells)])
     return ErrorBound((0.0,), (angle,), (max(float(run["tip_m"]) for run in runs),))
+
+
+def snapped_ends(actuator: Actuator) -> Actuator:
+    """Return an actuator with the ends of a snapped branch.
+
+    The growth of the base and the draw of the cap are those of sections that stand upright. Runs of the full
+    actuator that jumped are nearer without them, those too that had no part in that choice: see
+    `docs/notes/calibration.md`.
+    """
+    return replace(actuator, base_growth=0.0, tip_draw=0.0)
 
 
 def snapped_content(laws: tuple[SnappedLaw, ...]) -> list[dict[str, Any]]:

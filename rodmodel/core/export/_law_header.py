@@ -11,7 +11,7 @@ from rodmodel.core._handle import ENDS, IN_PLACE, bound_numbers, domain_numbers
 from rodmodel.core._law_data import LawData, law_data
 
 if TYPE_CHECKING:
-    from rodmodel.actuator import Domain
+    from rodmodel.actuator import Actuator, Domain
     from rodmodel.error_bound import ErrorBound
     from rodmodel.io import Calibration, Found, SnappedSheet
 
@@ -77,7 +77,7 @@ def law_source(found: "Found") -> str:
         "#define N(x) ((rm_real)(x))",
         "",
         "#define ACTUATOR \\",
-        *_continued(_ends(found)),
+        *_continued(_ends(found.calibration.actuator)),
         "",
         *(_array(name, array) for name, array in oriented.items()),
         *_rod("const rm_rod rod", law, "", found.domain, found.calibration.error_bound),
@@ -104,8 +104,10 @@ def law_source(found: "Found") -> str:
     return "\n".join([*lines, ""])
 
 
-def _rod(name: str, law: LawData, prefix: str, domain: "Domain", bound: "ErrorBound") -> list[str]:
-    """Return the arrays and the initialiser of an `rm_rod`."""
+def _rod(
+    name: str, law: LawData, prefix: str, domain: "Domain", bound: "ErrorBound", actuator: str = "ACTUATOR"
+) -> list[str]:
+    """Return the arrays and the initialiser of an `rm_rod`; `actuator` is the macro of its ends."""
     pointed_to = {name: array for name, array in law.arrays.items() if name not in IN_PLACE}
     return [
         *(_array(f"{prefix}{name}", array) for name, array in pointed_to.items()),
@@ -115,7 +117,7 @@ def _rod(name: str, law: LawData, prefix: str, domain: "Domain", bound: "ErrorBo
         "    .law = {",
         *_law_fields(law, prefix, {}),
         "    },",
-        "    .actuator = ACTUATOR,",
+        f"    .actuator = {actuator},",
         "    .domain = {",
         *_items(_fields(domain_numbers(domain))),
         "    },",
@@ -129,10 +131,11 @@ def _rod(name: str, law: LawData, prefix: str, domain: "Domain", bound: "ErrorBo
 def _branches(sheets: "tuple[SnappedSheet, ...]") -> list[str]:
     """Return the rods of the snapped branches, and all branches after the loading one."""
     names = [f"snapped_{sheet.chamber}_{'larger' if sheet.side > 0 else 'smaller'}" for sheet in sheets]
-    lines: list[str] = []
+    ends = "SNAPPED_ACTUATOR"
+    lines = [f"#define {ends} \\", *_continued(_ends(sheets[0].actuator)), ""]
     for name, sheet in zip(names, sheets, strict=True):
         declared = f"static const rm_rod {name}"
-        lines += [*_rod(declared, _sheet_law(sheet), f"{name}_", sheet.domain, sheet.bound), ""]
+        lines += [*_rod(declared, _sheet_law(sheet), f"{name}_", sheet.domain, sheet.bound, ends), ""]
     rods = ", ".join(f"&{name}" for name in ("rod", *names))
     chambers = ", ".join(str(k) for k in (0, *(sheet.chamber for sheet in sheets)))
     sides = ", ".join(str(k) for k in (0, *(sheet.side for sheet in sheets)))
@@ -183,8 +186,7 @@ def _law_fields(law: LawData, prefix: str, others: dict[str, str]) -> list[str]:
     return [textwrap.fill(line, _WIDTH, initial_indent=" " * 8, subsequent_indent=" " * 12) for line in lines]
 
 
-def _ends(found: "Found") -> dict[str, str]:
-    actuator = found.calibration.actuator
+def _ends(actuator: "Actuator") -> dict[str, str]:
     return {name: _real(float(getattr(actuator, name))) for name in ENDS}
 
 

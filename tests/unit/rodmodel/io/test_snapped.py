@@ -30,6 +30,18 @@ def test_a_file_gives_back_what_was_saved(file: Path) -> None:
         np.testing.assert_array_equal(one.law.directions, other.law.directions)
 
 
+def test_the_ends_of_upright_sections_are_not_those_of_a_snapped_branch(file: Path, tmp_path: Path) -> None:
+    written = rodmodel.read_calibration(file)
+    ends = {"base_turn": 2e-6, "base_lag": 3e-3, "base_stiffness": 2e-4, "base_growth": 0.3, "tip_draw": 7e-7}
+    grown = dataclasses.replace(written, actuator=dataclasses.replace(written.actuator, **ends))
+    rodmodel.save_calibration(grown, tmp_path / "grown.json")
+    layout = written.layout
+    branches = rodmodel.load_branches(layout.name, layout.psi, layout.pitch, tmp_path / "grown.json")
+    assert branches.loading.actuator == grown.actuator
+    for rod in branches.snapped.values():
+        assert rod.actuator == dataclasses.replace(grown.actuator, base_growth=0.0, tip_draw=0.0)
+
+
 def test_a_file_without_them_has_no_such_key(tmp_path: Path) -> None:
     path = tmp_path / "c.json"
     rodmodel.save_calibration(calibrations.calibration(), path)

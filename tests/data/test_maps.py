@@ -1,11 +1,18 @@
 """The laws that ship keep what is asked of a map: by their files' figures, which `report` finds again."""
 
 import math
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+import calibration
 import rodmodel
+from calibration.fit import deviations, prepare
+from calibration.fit.held_out_error import NO_MOMENT
+from calibration.report.all_layouts import datasets_by_checksum, on_its_mesh
+from calibration.sweep import load_dataset
 
 LAWS = {
     f"{c.layout.name} psi {c.layout.psi} pitch {1e3 * c.layout.pitch:g}": c
@@ -37,6 +44,23 @@ def laws(**marks: tuple[str, ...]) -> list[Any]:
 @pytest.mark.parametrize("name", laws(too_few=(ANY, HALF_PI, SIX), too_wide=(WIDE,)))
 def test_the_free_bending_angle_is_within_its_bar_at_95_percent(name: str) -> None:
     assert math.degrees(LAWS[name].error["free_bending_angle_rad"]["p95"]) <= ANGLE
+
+
+@pytest.fixture(scope="module")
+def datasets() -> dict[str, Path]:
+    return datasets_by_checksum(Path(calibration.__file__).parent / "datasets")
+
+
+@pytest.mark.parametrize("name", laws(too_few=(HALF_PI, SIX)))
+def test_free_bending_is_within_the_bar_of_all_meshes(name: str, datasets: dict[str, Path]) -> None:
+    """95 % of the held-out states within 1.5 % of their angle, or within 0.6°."""
+    length = float(LAWS[name].actuator.body_length)
+    law = on_its_mesh(LAWS[name])
+    held_out = prepare(load_dataset(datasets[law.provenance["dataset_sha256"]]), law.domain, length).held_out
+    free = held_out.where(np.linalg.norm(held_out.moment, axis=1) <= NO_MOMENT)
+    angle = length * np.linalg.norm(free.curvature[:, :2], axis=1)
+    error = deviations(law.section_law, free, length).angle
+    assert np.mean(error <= np.maximum(0.015 * angle, math.radians(0.6))) >= 0.95
 
 
 @pytest.mark.parametrize("name", laws(too_few=(HALF_PI,)))

@@ -233,6 +233,11 @@ class ViscousRelaxationOptions:
     recovery: float = 1.1
     #: Steps before the body counts as one that does not come to rest.
     steps: int = 80
+    #: Distance below which a body has not moved between two last steps that failed [mm]: nodes that cannot
+    #: settle on either side of an edge do so however long one waits.
+    still: float = 0.02
+    #: Last steps that may fail in a row from a body that has not moved.
+    last_steps: int = 3
 
 
 @dataclass(frozen=True)

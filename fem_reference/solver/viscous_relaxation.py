@@ -43,6 +43,8 @@ def relax(
     # Length of the last step times its rate, and of the longest that is tried.
     reached, longest = math.inf, math.inf
     reason = ""
+    # State from which the last step failed, and how often it did from there.
+    waited, failures = start, 0
     for step in range(own.steps):
         final = rate < own.at_rest
         try:
@@ -51,7 +53,11 @@ def relax(
         except NewtonError as error:
             _LOG.debug("relaxation %d: a step at rate %.3g failed: %s", step, rate, error)
             reason = str(error)
-            rate = own.at_rest if final else rate
+            if final:
+                failures = failures + 1 if failures and problem.distance(waited, at) < own.still else 1
+                waited, rate = at, own.at_rest
+                if failures == own.last_steps:
+                    break
             longest = own.after_failure * reached / rate
             rate *= own.slower
             if rate > own.largest_rate:

@@ -155,3 +155,27 @@ def test_a_length_that_failed_is_not_tried_again_with_every_other_step():
     failed = [length > 0.2 for length in fragile.lengths]
     # Twice as long a step after every one that is taken, a third after one that failed: 10 of 30 would fail.
     assert 0 < sum(failed) <= 5
+
+
+class Undecided(Diagonal):
+    """A spring at whose rest no step without viscosity converges, as with a node on an edge of a wall."""
+
+    def __init__(self):
+        super().__init__(lambda x: 2.0 * x, lambda x: np.full_like(x, 2.0), 1, reach=1.0)
+        self.last_steps = []
+
+    def update_forces(self, linear, at, target, viscous=None):
+        if viscous is None:
+            self.last_steps.append(float(at[0]))
+            raise NewtonError("on an edge")
+        return super().update_forces(linear, at, target, viscous)
+
+
+def test_a_body_that_has_not_moved_is_not_tried_again_and_again():
+    spring = Undecided()
+    with pytest.raises(NewtonError, match="on an edge"):
+        relaxed(spring, 0.5, np.zeros(1))
+    own = DEFAULT.viscous_relaxation
+    # A few of 80 steps: the first from farther away, and then from within the distance that is told apart.
+    assert own.last_steps <= len(spring.last_steps) <= own.last_steps + 1
+    assert np.ptp(spring.last_steps[-own.last_steps :]) < own.still

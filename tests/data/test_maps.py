@@ -27,9 +27,11 @@ ANY, HALF_PI, SIX = (
     "double-helix psi 1.5707963267948966 pitch 3",
     "six-helix psi 0.0 pitch 3",
 )
-ZERO, WIDE = (f"double-helix psi 0.0 pitch {pitch}" for pitch in (3, 4))
+ZERO, WIDE, NARROW = (f"double-helix psi 0.0 pitch {pitch}" for pitch in (3, 4, 2))
+RINGS = "ring psi 0.0 pitch 3"
 # Beyond their bars: fitted to 300 to 1900 states of the fine mesh, too few where the section leans;
-# or to the whole range of a single chamber, which 64 ridges hold less well than half of it: 1.05 % and 0.56°.
+# or to the whole range of a single chamber, which 64 ridges hold less well than half of it: moments of 1.05
+# and, at a pitch of 2 mm, 1.02 %; free bending of 0.56° at one of 4 mm, and 0.61° within rings.
 too_few = pytest.mark.xfail(strict=True, reason="too few states of the fine mesh")
 too_wide = pytest.mark.xfail(strict=True, reason="64 ridges for the whole range of a chamber alone")
 
@@ -41,7 +43,7 @@ def laws(**marks: tuple[str, ...]) -> list[Any]:
     return [pytest.param(name, marks=of[name]) if name in of else name for name in LAWS]
 
 
-@pytest.mark.parametrize("name", laws(too_few=(ANY, HALF_PI, SIX), too_wide=(WIDE,)))
+@pytest.mark.parametrize("name", laws(too_few=(ANY, HALF_PI, SIX), too_wide=(WIDE, RINGS)))
 def test_the_free_bending_angle_is_within_its_bar_at_95_percent(name: str) -> None:
     assert math.degrees(LAWS[name].error["free_bending_angle_rad"]["p95"]) <= ANGLE
 
@@ -68,7 +70,7 @@ def test_the_worst_free_bending_angle_is_within_its_bar(name: str) -> None:
     assert math.degrees(LAWS[name].error["free_bending_angle_rad"]["worst"]) <= WORST
 
 
-@pytest.mark.parametrize("name", laws(too_few=(HALF_PI, SIX), too_wide=(ZERO,)))
+@pytest.mark.parametrize("name", laws(too_few=(HALF_PI, SIX), too_wide=(ZERO, NARROW)))
 def test_the_moment_is_within_its_bar_at_95_percent(name: str) -> None:
     moment = LAWS[name].error["moment_nm"]
     bar = MOMENT if LAWS[name].provenance["mesh"] == "coarse" else MOMENT_NEAR

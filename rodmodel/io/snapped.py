@@ -60,8 +60,8 @@ def snapped_bound(laws: Sequence[SnappedLaw]) -> ErrorBound:
 def snapped_ends(actuator: Actuator) -> Actuator:
     """Return an actuator with the ends of a snapped branch.
 
-    The growth of the base and the draw of the cap are those of sections that stand upright. Runs of the full
-    actuator that jumped are nearer without them, those too that had no part in that choice: see
+    The growth of the base and the draw of the cap are those of sections that stand upright. Most runs of the
+    full actuator that jumped are nearer without them, those too that had no part in that choice: see
     `docs/notes/calibration.md`.
     """
     return replace(actuator, base_growth=0.0, tip_draw=0.0)

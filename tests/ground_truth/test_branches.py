@@ -20,9 +20,18 @@ def truth() -> xr.Dataset:
     return xr.load_dataset(SHIPPED, engine="h5netcdf")
 
 
+def test_snapped_rods_of_the_papers_winding_bend_as_far_as_the_actuator(truth: xr.Dataset) -> None:
+    """At 65 kPa a little below the law's least pressure, 66 kPa."""
+    states = [state for state in compare_snapped(truth) if state.layout.psi == 0.0]
+    assert [state.case for state in states] == ["chamber2", "chamber3"]
+    for state in states:
+        assert abs(state.angle_error) <= ANGLE, state
+        assert state.tip <= TIP, state
+
+
 @pytest.mark.xfail(
     strict=True,
-    reason="γ is 21 and 61° off, near half a turn, one tip 7.7 %; below 66 kPa there is no law",
+    reason="γ is 15 to 46° off, near half a turn; at ψ = 30 and 90° θ up to 8° and one tip 9.6 %",
 )
 def test_snapped_rods_bend_as_far_and_as_far_aside_as_the_actuator(truth: xr.Dataset) -> None:
     states = compare_snapped(truth)

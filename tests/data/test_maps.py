@@ -31,7 +31,7 @@ ZERO, WIDE, NARROW = (f"double-helix psi 0.0 pitch {pitch}" for pitch in (3, 4, 
 RINGS = "ring psi 0.0 pitch 3"
 # Beyond their bars: fitted to 300 to 1900 states of the fine mesh, too few where the section leans;
 # or to the whole range of a single chamber, which 64 ridges hold less well than half of it: moments of 1.05
-# and, at a pitch of 2 mm, 1.02 %; free bending of 0.56° at one of 4 mm, and 0.62° within rings.
+# and, at a pitch of 2 mm, 1.02 %; free bending of 0.56° at one of 4 mm, and 0.54° within rings.
 too_few = pytest.mark.xfail(strict=True, reason="too few states of the fine mesh")
 too_wide = pytest.mark.xfail(strict=True, reason="64 ridges for the whole range of a chamber alone")
 

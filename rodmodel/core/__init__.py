@@ -14,7 +14,6 @@ from rodmodel.core._rod import CoreJacobian as CoreJacobian
 from rodmodel.core._rod import CoreRod as CoreRod
 from rodmodel.core._rod import Numbers as Numbers
 from rodmodel.core._rod import checked_steps as checked_steps
-from rodmodel.core._rod import in_parts as in_parts
 from rodmodel.core._solution import CoreSolution as CoreSolution
 from rodmodel.core._solution import Result as Result
 from rodmodel.core._structs import INPUT as INPUT
@@ -22,4 +21,5 @@ from rodmodel.core._structs import INVERSE as INVERSE
 from rodmodel.core._structs import JACOBIAN as JACOBIAN
 from rodmodel.core._structs import SOLUTION as SOLUTION
 from rodmodel.core._structs import TARGET as TARGET
+from rodmodel.core._threads import in_parts as in_parts
 from rodmodel.core._variants import VARIANTS as VARIANTS

@@ -1,9 +1,7 @@
 """The compiled rod: solves, derivatives and batches, NumPy arrays in and out."""
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
@@ -16,6 +14,7 @@ from rodmodel.core._law_data import law_data, linear_law_data
 from rodmodel.core._native import ffi, lib
 from rodmodel.core._solution import CoreSolution, Result
 from rodmodel.core._structs import JACOBIAN, NODE, SOLUTION
+from rodmodel.core._threads import in_parts
 from rodmodel.core._variants import VARIANTS
 from rodmodel.error_bound import ErrorBound
 
@@ -360,19 +359,6 @@ class CoreRod:
             _pointer("rm_solution", record),
         )
         return CoreSolution(self.handle, pointers[0], record[0], pointers[1])
-
-
-def in_parts(part: Any, count: int, threads: int) -> None:
-    """Call a function of a first and a last row on parts that cover all rows, one for each thread."""
-    if threads < 1:
-        raise ValueError(f"threads: got {threads}, expected 1 or more")
-    if threads == 1 or count < 2 * threads:
-        part(0, count)
-        return
-    edges = [count * k // threads for k in range(threads + 1)]
-    with ThreadPoolExecutor(threads) as pool:
-        for done in [pool.submit(part, first, last) for first, last in pairwise(edges)]:
-            done.result()
 
 
 def checked_steps(steps: int | None) -> int:

@@ -99,7 +99,7 @@ def fit(
     iterations: int,
     tolerance: float = 1e-2,
     prior: float = 0.0,
-    stay_near: bool = False,
+    near: Law | None = None,
     watch: Watch = lambda iterations, loss: None,
 ) -> Fitted[Law]:
     """Fit all array leaves of a law, but for the numbers that `trained_numbers` leaves out.
@@ -112,7 +112,8 @@ def fit(
     tolerance : convergence tolerance on the relative decrease of the loss in ten iterations.
     prior : weight of the squared parameters against the mean square of the residuals; it keeps the law
         smooth between the states.
-    stay_near : apply the prior to the change of the parameters from those of `law`.
+    near : law of the same form, from whose parameters those of the fit are to change little: the prior is on
+        the change.
     watch : callback for the progress.
     """
     trained, fixed = eqx.partition(law, eqx.is_inexact_array)
@@ -120,10 +121,10 @@ def fit(
     chosen = jnp.asarray(trained_numbers(law, len(samples)))
     whole = np.asarray(start)
     x = whole[chosen]
-    centre = x if stay_near else np.zeros_like(x)
+    centre = np.zeros_like(x) if near is None else _numbers(near)[chosen]
 
     chunks = _chunks(samples, scales)
-    wanted = (_COMBINATIONS_NEAR if stay_near else _COMBINATIONS) * x.size / len(samples)
+    wanted = (_COMBINATIONS if near is None else _COMBINATIONS_NEAR) * x.size / len(samples)
     combinations = min(math.ceil(wanted), _RESIDUALS)
 
     def law_of(x: np.ndarray) -> Law:
@@ -170,6 +171,11 @@ def fit(
         converged |= len(losses) > _PATIENCE and losses[-1 - _PATIENCE] - loss <= tolerance * loss
         watch(len(losses) - 1, loss)
     return Fitted(law_of(x), loss, len(losses) - 1, converged)
+
+
+def _numbers(law: AnyLaw) -> np.ndarray:
+    """Return all numbers of a law's arrays."""
+    return np.asarray(ravel_pytree(eqx.filter(law, eqx.is_inexact_array))[0])
 
 
 def trained_numbers(law: AnyLaw, states: int) -> np.ndarray:

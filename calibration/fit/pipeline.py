@@ -16,6 +16,7 @@ from calibration.fit.held_out_error import everywhere, figures
 from calibration.fit.initial_law import Scales, initial_law, initial_oriented, with_guess
 from calibration.fit.join_sweeps import joined
 from calibration.fit.levenberg_marquardt import Fitted, fit, mean_square
+from calibration.fit.robust import ROUNDS, robust_fit
 from calibration.fit.samples import Metric, Samples, loading_samples, metric, softness
 from calibration.fit.stable_domain import narrowed
 from calibration.progress import progress_bar
@@ -179,7 +180,7 @@ def fit_and_judge(
     own = prepare(dataset, domain, length) if others and not near else material
     run = attributes(dataset)
     train, scales = material.train, material.metric
-    rounds = len(near) + 1 if len(near) > 1 else 1
+    rounds = (len(near) + 1 if len(near) > 1 else 1) * (1 + ROUNDS)
     before = 0 if near else STARTS * TRIAL_ITERATIONS
     with progress_bar(before + rounds * iterations, "iterations") as advance:
 
@@ -200,8 +201,8 @@ def fit_and_judge(
             starts, prior = [min(map(trial, range(STARTS)), key=lambda trial: trial.loss).law], PRIOR
 
         def trained(start: AnyLaw, samples: Samples, scales: Metric, stage: str) -> Fitted[Any]:
-            stay = bool(near)
-            return fit(start, samples, scales, iterations, prior=prior, stay_near=stay, watch=watch(stage))
+            centre = start if near else None
+            return robust_fit(start, samples, scales, iterations, prior, centre, watch(stage))
 
         fits = [trained(start, train, scales, "training") for start in starts]
         found = fits[0]
@@ -220,6 +221,7 @@ def fit_and_judge(
         "ridges": network.offsets.size,
         "features": network.feature_weights.shape[0],
         "iterations": found.iterations,
+        "rounds": 1 + ROUNDS,
         "converged": found.converged,
         "mean_square_residual": mean_square(law, material.train, material.metric),
         "prior": prior,

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from jax.flatten_util import ravel_pytree
-from manufactured_cell import potential
+from manufactured_law import Manufactured
 
 from calibration.fit import (
     Scales,
@@ -33,10 +33,10 @@ from calibration.fit.pipeline import (
     rounded,
     symmetry_of,
 )
+from calibration.fit.robust import robust_fit
 from calibration.fit.samples import metric
-from calibration.studies.other_laws import _Contracted
 from calibration.sweep import attributes, inside
-from rodmodel import Domain, SectionLaw, unfolded
+from rodmodel import Domain, unfolded
 
 LENGTH = 0.06
 MOMENT_MAX = 2e-3
@@ -68,25 +68,6 @@ def loss_of(law, samples):
 
 def law_of(symmetry="mirror"):
     return initial_law(SCALES, ridges=6, features=5, seed=0, symmetry=symmetry)
-
-
-class ManufacturedInCurvature(_Contracted):
-    """The manufactured potential at one pressure, off by a constant moment."""
-
-    offset: jnp.ndarray
-    pressure: jnp.ndarray
-
-    def energy(self, curvature):
-        return potential(curvature, self.pressure) + self.offset @ curvature
-
-
-class Manufactured(SectionLaw):
-    """The manufactured potential, off by a constant moment."""
-
-    offset: jnp.ndarray
-
-    def at(self, pressure):
-        return ManufacturedInCurvature(self.offset, pressure)
 
 
 def test_a_moment_error_counts_as_the_bending_angle_it_causes(some):
@@ -149,7 +130,7 @@ def test_a_prior_about_the_start_counts_how_far_the_parameters_have_moved_from_t
     start, _ = ravel_pytree(eqx.filter(law, eqx.is_inexact_array))
     moved = {}
     for prior in (0.1, 10.0, 1e9):
-        found = fit(law, some, scales_of(some), 8, prior=prior, stay_near=True)
+        found = fit(law, some, scales_of(some), 8, prior=prior, near=law)
         parameters, _ = ravel_pytree(eqx.filter(found.law, eqx.is_inexact_array))
         moved[prior] = float(jnp.sum((parameters - start) ** 2))
         assert found.loss == pytest.approx(loss_of(found.law, some) + prior * moved[prior], rel=1e-10)
@@ -341,8 +322,9 @@ def test_one_law_learns_the_mean_of_laws_near_several(dataset):
     assert outcome.good, outcome.complaint
     assert outcome.training["prior"] == PRIOR_NEAR_SEVERAL
     own = prepare(dataset, DOMAIN, LENGTH)
-    options = {"iterations": 25, "prior": PRIOR_NEAR_SEVERAL, "stay_near": True}
-    alone = [fit(law, own.train, own.metric, **options).law for law in laws]
+    alone = [
+        robust_fit(law, own.train, own.metric, 25, prior=PRIOR_NEAR_SEVERAL, near=law).law for law in laws
+    ]
     unseen = mean_states([with_guess(alone[0], DOMAIN), *alone[1:]], DOMAIN, own.train.psi, seed=9)
     scatter = [mean_square(law, unseen, metric_in(DOMAIN, unseen, LENGTH)) for law in alone]
     assert mean_square(outcome.law, unseen, metric_in(DOMAIN, unseen, LENGTH)) < 0.5 * min(scatter)

@@ -2,9 +2,8 @@
 
 Where walls are about to lean over, the section changes within a kilopascal, and a law of some hundred ridges
 cannot follow. In a sum of squares a few such states pull the law away from all others. So it is fitted in
-rounds. After each the residual of a state, the norm r of all that the loss squares of it, is compared with
-that of the median state. One that is c times as large has the weight c_median / r in the next round: the sum
-is that of Huber's function then, square up to there and linear beyond.
+rounds. A state whose residual r, the norm of all that the loss squares of it, is above a limit c has the
+weight c/r in the next round. The sum is that of Huber's function then, square up to c and linear beyond.
 
 References
 ----------
@@ -12,6 +11,7 @@ Huber (1964), Robust estimation of a location parameter, Ann. Math. Stat. 35, 73
 Robust regression using iteratively reweighted least-squares, Commun. Stat. A 6, 813.
 """
 
+import math
 from dataclasses import replace
 from typing import TypeVar
 
@@ -24,8 +24,9 @@ from calibration.fit.samples import Metric, Samples
 
 Law = TypeVar("Law", bound=AnyLaw)
 
-# Residual above which a state counts by less, over that of the median state.
-TYPICAL = 1.0
+# Residual above which a state counts by less, in the units of the metric: degrees of bending angle, and
+# hundredths of the volume's range.
+LIMIT = 1.0
 #: Rounds after the first, which weighs all states alike.
 ROUNDS = 2
 
@@ -48,7 +49,8 @@ def robust_fit(
     found = fit(law, samples, scales, iterations, prior=prior, near=near, watch=watch)
     taken = found.iterations
     for _ in range(ROUNDS):
-        weights = weights_of(residuals(found.law, samples, scales))
+        # The loss is a mean over the states.
+        weights = weights_of(math.sqrt(len(samples)) * residuals(found.law, samples, scales))
         weighted = replace(scales, gradient=scales.gradient * np.sqrt(weights)[:, None, None])
         found = fit(found.law, samples, weighted, iterations, prior=prior, near=near, watch=watch)
         taken += found.iterations
@@ -56,8 +58,6 @@ def robust_fit(
 
 
 def weights_of(residual: Float[np.ndarray, "n components"]) -> Float[np.ndarray, " n"]:
-    """Return the weights of states in the next round, from their residuals."""
-    size = np.linalg.norm(residual, axis=1)
-    limit = TYPICAL * float(np.median(size))
-    weights: np.ndarray = np.divide(limit, size, out=np.ones_like(size), where=size > limit)
+    """Return the weights of states in the next round, from their residuals in the units of the metric."""
+    weights: np.ndarray = LIMIT / np.maximum(LIMIT, np.linalg.norm(residual, axis=1))
     return weights

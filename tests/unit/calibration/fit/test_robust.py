@@ -37,21 +37,21 @@ def some(samples):
     return samples.where(np.arange(len(samples)) % 10 == 0)
 
 
-def test_a_state_counts_by_less_the_farther_it_is_beyond_the_median():
-    residual = np.array([[1.0, 0.0], [0.0, 2.0], [3.0, 4.0], [0.0, 0.0], [0.0, 20.0]])
-    np.testing.assert_allclose(weights_of(residual), [1.0, 1.0, 0.4, 1.0, 0.1])
-    # Residuals of nothing at all weigh alike, and do not divide by zero.
-    np.testing.assert_array_equal(weights_of(np.zeros((3, 27))), 1.0)
+def test_a_state_counts_by_less_the_farther_it_is_beyond_a_degree():
+    residual = np.array([[0.1, 0.0], [0.0, 1.0], [3.0, 4.0], [0.0, 0.0], [0.0, 20.0]])
+    np.testing.assert_allclose(weights_of(residual), [1.0, 1.0, 0.2, 1.0, 0.05])
 
 
 def test_wrong_states_pull_least_squares_away_and_a_robust_fit_hardly(some, spoilt):
-    """With a share s of wrong states least squares errs by s times their error, each round by s of that."""
+    """Least squares errs by a tenth of what they are off, some 20 degrees. At a weight of 1 in 20 they are left
+    with a two-hundredth; softer states, which weigh more, at most with a few times that.
+    """
     start = Manufactured(jnp.zeros(3))
     plain = fit(start, spoilt, scales_of(spoilt), 40).law
     robust = robust_fit(start, spoilt, scales_of(spoilt), 40)
     off = [float(np.abs(law.offset).max()) / np.abs(WRONG).max() for law in (plain, robust.law)]
     assert 0.03 < off[0] < 0.3
-    assert off[1] < 0.1 * off[0]
+    assert off[1] < 0.02
     assert loss_of(robust.law, some) < 0.01 * loss_of(plain, some)
     assert robust.converged
 

@@ -27,11 +27,12 @@ ANY, HALF_PI, SIX = (
     "double-helix psi 1.5707963267948966 pitch 3",
     "six-helix psi 0.0 pitch 3",
 )
-ZERO, WIDE, NARROW = (f"double-helix psi 0.0 pitch {pitch}" for pitch in (3, 4, 2))
+WIDE = "double-helix psi 0.0 pitch 4"
 RINGS = "ring psi 0.0 pitch 3"
-# Beyond their bars: fitted to 300 to 1900 states of the fine mesh, too few where the section leans;
-# or to the whole range of a single chamber, which 64 ridges hold less well than half of it: moments of 1.05
-# and, at a pitch of 2 mm, 1.02 %; free bending of 0.56° at one of 4 mm, and 0.54° within rings.
+# Beyond their bars: fitted to 700 to 2000 states of the fine mesh, too few where the section leans: free
+# bending of 0.77° for any ψ and 0.98° at ψ = 90°, at worst 2.1° there and 5.7° within six helices; moments of
+# 1.51 and 2.2 %. Or fitted to the whole range of a single chamber, which 64 ridges hold less well than half
+# of it: free bending of 0.51° at a pitch of 4 mm, and 0.54° within rings.
 too_few = pytest.mark.xfail(strict=True, reason="too few states of the fine mesh")
 too_wide = pytest.mark.xfail(strict=True, reason="64 ridges for the whole range of a chamber alone")
 
@@ -43,7 +44,7 @@ def laws(**marks: tuple[str, ...]) -> list[Any]:
     return [pytest.param(name, marks=of[name]) if name in of else name for name in LAWS]
 
 
-@pytest.mark.parametrize("name", laws(too_few=(ANY, HALF_PI, SIX), too_wide=(WIDE, RINGS)))
+@pytest.mark.parametrize("name", laws(too_few=(ANY, HALF_PI), too_wide=(WIDE, RINGS)))
 def test_the_free_bending_angle_is_within_its_bar_at_95_percent(name: str) -> None:
     assert math.degrees(LAWS[name].error["free_bending_angle_rad"]["p95"]) <= ANGLE
 
@@ -53,7 +54,7 @@ def datasets() -> dict[str, Path]:
     return datasets_by_checksum(Path(calibration.__file__).parent / "datasets")
 
 
-@pytest.mark.parametrize("name", laws(too_few=(HALF_PI, SIX)))
+@pytest.mark.parametrize("name", LAWS)
 def test_free_bending_is_within_the_bar_of_all_meshes(name: str, datasets: dict[str, Path]) -> None:
     """95 % of the held-out states within 1.5 % of their angle, or within 0.6°."""
     length = float(LAWS[name].actuator.body_length)
@@ -65,12 +66,12 @@ def test_free_bending_is_within_the_bar_of_all_meshes(name: str, datasets: dict[
     assert np.mean(error <= np.maximum(0.015 * angle, math.radians(0.6))) >= 0.95
 
 
-@pytest.mark.parametrize("name", laws(too_few=(HALF_PI,)))
+@pytest.mark.parametrize("name", laws(too_few=(HALF_PI, SIX)))
 def test_the_worst_free_bending_angle_is_within_its_bar(name: str) -> None:
     assert math.degrees(LAWS[name].error["free_bending_angle_rad"]["worst"]) <= WORST
 
 
-@pytest.mark.parametrize("name", laws(too_few=(HALF_PI, SIX), too_wide=(ZERO, NARROW)))
+@pytest.mark.parametrize("name", laws(too_few=(HALF_PI, SIX)))
 def test_the_moment_is_within_its_bar_at_95_percent(name: str) -> None:
     moment = LAWS[name].error["moment_nm"]
     bar = MOMENT if LAWS[name].provenance["mesh"] == "coarse" else MOMENT_NEAR

@@ -2,7 +2,7 @@
 
 Run as ``python -m tests.benchmark.bench_rod``; ``--json`` for one object. NumPy arrays go in and out, every
 result is waited for, one core, double precision; medians over single calls of the quietest of seven rounds,
-and for batches the least of twenty runs. Four steps at a tolerance of 1e-5: the tip is within 4e-5 of the
+and for batches the least of two hundred runs. Four steps at a tolerance of 1e-5: the tip is within 4e-5 of the
 length of that of 64 steps. Cold calls go through 1000 random pressures of the domain, warm ones along a walk
 of steps below 0.1 %.
 
@@ -27,7 +27,7 @@ from tests.benchmark.timing.clock import ROUNDS, least, median_call, stay_on_one
 from tests.benchmark.timing.core_loop import CoreLoop
 from tests.benchmark.timing.figures import Figure, report
 
-CASES, RUNS, STEPS, TOLERANCE = 1000, 20, 4, 1e-5
+CASES, RUNS, STEPS, TOLERANCE = 1000, 200, 4, 1e-5
 TIP_FORCE, GRAVITY = np.array([0.0, 0.02, 0.0]), np.array([0.0, 0.0, 9.81])
 LOADS: dict[str, Any] = {"tip_force": TIP_FORCE, "gravity": GRAVITY}
 #: Microseconds that AVX-512 may take, and by how much more AVX2 may.

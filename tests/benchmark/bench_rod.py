@@ -2,7 +2,7 @@
 
 Run as ``python -m tests.benchmark.bench_rod``; ``--json`` for one object. NumPy arrays go in and out, every
 result is waited for, one core, double precision; medians over single calls of the quietest of seven rounds,
-and for batches the least of two hundred runs. Four steps at a tolerance of 1e-5: the tip is within 4e-5 of the
+and for batches the least of 200 runs. Four steps at a tolerance of 1e-5: the tip is within 4e-5 of the
 length of that of 64 steps. Cold calls go through 1000 random pressures of the domain, warm ones along a walk
 of steps below 0.1 %.
 

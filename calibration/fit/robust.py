@@ -26,7 +26,7 @@ Law = TypeVar("Law", bound=AnyLaw)
 
 # Residual above which a state counts by less, in the units of the metric: degrees of bending angle, and
 # hundredths of the volume's range.
-LIMIT = 1.0
+LIMIT = 2.0
 #: Rounds after the first, which weighs all states alike.
 ROUNDS = 2
 

@@ -37,9 +37,9 @@ def some(samples):
     return samples.where(np.arange(len(samples)) % 10 == 0)
 
 
-def test_a_state_counts_by_less_the_farther_it_is_beyond_a_degree():
-    residual = np.array([[0.1, 0.0], [0.0, 1.0], [3.0, 4.0], [0.0, 0.0], [0.0, 20.0]])
-    np.testing.assert_allclose(weights_of(residual), [1.0, 1.0, 0.2, 1.0, 0.05])
+def test_a_state_counts_by_less_the_farther_it_is_beyond_two_degrees():
+    residual = np.array([[0.1, 0.0], [0.0, 2.0], [3.0, 4.0], [0.0, 0.0], [0.0, 20.0]])
+    np.testing.assert_allclose(weights_of(residual), [1.0, 1.0, 0.4, 1.0, 0.1])
 
 
 def test_wrong_states_pull_least_squares_away_and_a_robust_fit_hardly(some, spoilt):

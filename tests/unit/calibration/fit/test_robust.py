@@ -14,7 +14,7 @@ from calibration.fit.samples import metric
 LENGTH, MOMENT_MAX = 0.06, 2e-3
 
 # The moment of every tenth state is off by this [N m].
-WRONG = np.array([0.0, 0.5 * MOMENT_MAX, 0.0])
+WRONG = np.array([0.0, MOMENT_MAX, 0.0])
 
 
 def scales_of(samples):
@@ -43,7 +43,7 @@ def test_a_state_counts_by_less_the_farther_it_is_beyond_two_degrees():
 
 
 def test_wrong_states_pull_least_squares_away_and_a_robust_fit_hardly(some, spoilt):
-    """Least squares errs by a tenth of what they are off, some 20 degrees.
+    """Least squares errs by a tenth of what they are off, some 40 degrees.
 
     At a weight of 1 in 20 they are left with a two-hundredth; softer states, which weigh more, with at most
     a few times that. The loss is quadratic in the error.

@@ -32,7 +32,7 @@ typedef struct {
 
 /* Largest distance from an expansion of the law at which it replaces the law, over the curvature scale and the cubic
  * root of the tolerance: what that adds to the error is of third order, a twentieth of the tolerance at most. */
-#define RM_NEARBY R(0.1)
+#define RM_NEARBY R(0.07)
 
 typedef struct {
     const contracted *section;

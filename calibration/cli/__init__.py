@@ -111,9 +111,8 @@ def _run(options: argparse.Namespace, command: str) -> int:
 
 
 def _fit(options: argparse.Namespace, command: str) -> int:
-    from calibration.fit.join_sweeps import UnlikeError, refuse_unlike
-    from calibration.fit.near_check import cautions, refuse_another_actuator
     from calibration.fit.pipeline import Judged, begin_near, fit_and_judge
+    from calibration.fit.same_section import UnlikeError, cautions, refuse_another_actuator, refuse_unlike
     from calibration.fit.to_calibration import calibration_of
     from calibration.provenance import code_version, sha256, today
     from calibration.report.error_table import error_table

@@ -62,8 +62,7 @@ def add_to(commands: Any) -> argparse.ArgumentParser:
 
 
 def _run(options: argparse.Namespace, command: str) -> int:
-    from calibration.fit.join_sweeps import UnlikeError
-    from calibration.fit.near_check import refuse_another_actuator
+    from calibration.fit.same_section import UnlikeError, refuse_another_actuator
     from calibration.provenance import code_version, today
     from calibration.snapped import fit_snapped
     from calibration.sweep import RunError, SweepError, build_dataset, open_run, run_sweep, save_dataset

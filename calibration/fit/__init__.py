@@ -13,8 +13,6 @@ from calibration.fit.initial_law import Scales as Scales
 from calibration.fit.initial_law import initial_law as initial_law
 from calibration.fit.initial_law import initial_oriented as initial_oriented
 from calibration.fit.initial_law import with_guess as with_guess
-from calibration.fit.join_sweeps import UnlikeError as UnlikeError
-from calibration.fit.join_sweeps import joined as joined
 from calibration.fit.levenberg_marquardt import HESSIAN_WEIGHT as HESSIAN_WEIGHT
 from calibration.fit.levenberg_marquardt import fit as fit
 from calibration.fit.levenberg_marquardt import mean_square as mean_square
@@ -29,6 +27,8 @@ from calibration.fit.pipeline import fit_and_judge as fit_and_judge
 from calibration.fit.pipeline import metric_in as metric_in
 from calibration.fit.pipeline import prepare as prepare
 from calibration.fit.pipeline import rounded as rounded
+from calibration.fit.same_section import UnlikeError as UnlikeError
+from calibration.fit.same_section import joined as joined
 from calibration.fit.samples import Metric as Metric
 from calibration.fit.samples import Samples as Samples
 from calibration.fit.samples import loading_samples as loading_samples

@@ -14,9 +14,9 @@ from calibration.fit.any_law import AnyLaw
 from calibration.fit.distil_mean import mean_states
 from calibration.fit.held_out_error import everywhere, figures
 from calibration.fit.initial_law import Scales, initial_law, initial_oriented, with_guess
-from calibration.fit.join_sweeps import joined
 from calibration.fit.levenberg_marquardt import Fitted, fit, mean_square
 from calibration.fit.robust import ROUNDS, robust_fit
+from calibration.fit.same_section import joined
 from calibration.fit.samples import Metric, Samples, loading_samples, metric, softness
 from calibration.fit.stable_domain import narrowed
 from calibration.progress import progress_bar

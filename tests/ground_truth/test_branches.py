@@ -43,9 +43,6 @@ def test_snapped_rods_bend_as_far_and_as_far_aside_as_the_actuator(truth: xr.Dat
         assert state.tip <= TIP, state
 
 
-@pytest.mark.xfail(
-    strict=True, reason="the law of ψ = 0 does not stand to the actuator's jump in chambers 2 and 3"
-)
 def test_the_loading_branch_ends_where_the_actuator_jumps(truth: xr.Dataset) -> None:
     """Of runs under one chamber at ψ = 0."""
     names = truth["case"].values

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from calibration.fit import UnlikeError, joined
-from calibration.fit.join_sweeps import refuse_unlike
+from calibration.fit.same_section import refuse_unlike
 from calibration.sweep import attributes
 from fem_reference import Thread
 

@@ -8,7 +8,7 @@ import pytest
 
 import rodmodel
 from calibration.fit import UnlikeError
-from calibration.fit.near_check import cautions, refuse_another_actuator
+from calibration.fit.same_section import cautions, refuse_another_actuator
 from rodmodel import Domain
 from rodmodel.io import Adjustment, adjusted, find
 

@@ -1,16 +1,57 @@
-"""Check that the initial law of a fit belongs to the same actuator."""
+"""What is fitted together belongs to one section: sweeps whose states are joined, and a fit's initial law."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from typing import Any
 
-from calibration.fit.join_sweeps import UnlikeError
-from calibration.sweep import whole_material
+import numpy as np
+import xarray as xr
+
+from calibration.fit.samples import Samples
+from calibration.sweep import attributes, whole_material
 from rodmodel import Calibration, Domain
 
+# Attributes that sweeps must share, beside the winding (without its orientation for a law of all).
+_IN_COMMON = ("layout", "geometry", "mesh", "end_compliance", "material")
 # Extent of a fit relative to the domain of its initial law beyond which a caution is given.
 _BEYOND = 1.25
 _SAME = 1e-9  # relative difference of numbers that were written and read
+
+
+class UnlikeError(ValueError):
+    """Error for sweeps, or a law, of different sections."""
+
+
+def refuse_unlike(dataset: xr.Dataset, other: xr.Dataset) -> None:
+    """Raise an `UnlikeError` if another sweep has a different section.
+
+    Parameters
+    ----------
+    dataset : sweep of the section; of all orientations if each path has its own.
+    other : sweep whose states are to be fitted too.
+    """
+    own, its = attributes(dataset), attributes(other)
+    for run in (own, its):
+        run["material"] = whole_material(run.get("material", {}))
+    for name in _IN_COMMON:
+        if own.get(name) != its.get(name):
+            raise UnlikeError(f"a sweep with {name} {its.get(name)}, expected {own.get(name)}")
+    any_orientation = "orientations" in own
+    if "orientations" in its and not any_orientation:
+        raise UnlikeError("a sweep of many orientations, expected one of a single orientation")
+    wound, expected = (_winding(run, any_orientation) for run in (its, own))
+    if wound != expected:
+        raise UnlikeError(f"a sweep with winding {wound}, expected {expected}")
+
+
+def joined(parts: Sequence[Samples]) -> Samples:
+    """Join the states of several sweeps; path names get the sweep's number, as they may be equal."""
+    names = [np.array([f"{number}:{path}" for path in part.path]) for number, part in enumerate(parts)]
+    arrays = {
+        field.name: np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Samples)
+    }
+    return Samples(**{**arrays, "path": np.concatenate(names)})
 
 
 def refuse_another_actuator(near: Calibration, run: Mapping[str, Any]) -> None:
@@ -57,6 +98,10 @@ def cautions(near: Calibration, run: Mapping[str, Any], domain: Domain) -> list[
     if reach > _BEYOND:
         found.append(f"the fit reaches {reach:.2g} times as far as its domain: its law is extrapolated there")
     return found
+
+
+def _winding(run: dict[str, Any], any_orientation: bool) -> dict[str, Any]:
+    return {name: value for name, value in run["winding"].items() if not (any_orientation and name == "psi")}
 
 
 def _refuse_difference(what: str, its: Any, own: Any) -> None:

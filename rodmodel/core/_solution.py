@@ -65,7 +65,7 @@ class CoreSolution:
     stable : whether the second variation of the energy is positive; under moments and follower forces,
         whether the loads have passed no bifurcation.
     in_domain : whether pressures, and the moment everywhere on the body, are in the calibrated domain, and
-        the forces shear no section by more than 0.2 rad.
+        the forces shear no section by more than 0.2 rad, and the base turns by no more than 0.5 rad.
     error_estimate : bound of the error of θ that 90 % of states keep, at these pressures and loads [rad];
         NaN outside the domain.
     tip_error_estimate : likewise of the tip's distance from where it is [m]; NaN also where none is known.

@@ -23,6 +23,7 @@ from rodmodel.statics import (
     shears_little,
     solve_shape,
     tip_offset,
+    turns_little,
 )
 
 if TYPE_CHECKING:
@@ -60,12 +61,12 @@ def solve_rod(
         base_rotation = jnp.where(good, base_rotation, jnp.eye(3, dtype=base_rotation.dtype))
         loads = into_base(loads, base_rotation)
 
-    def ends(pressure: Float[Array, "3"]) -> tuple[tuple[Array, Array], CurvatureLaw]:
+    def ends(pressure: Float[Array, "3"]) -> tuple[tuple[Array, Array], tuple[CurvatureLaw, Array]]:
         law = rod.section.at(pressure)
-        turned = rotation_of(base_turn(rod.actuator, pressure, law))
-        return (turned, tip_offset(rod.actuator, law.free_curvature)), law
+        turn = base_turn(rod.actuator, pressure, law)
+        return (rotation_of(turn), tip_offset(rod.actuator, law.free_curvature)), (law, turn)
 
-    (mount, offset), by_ends, law = jax.vjp(ends, pressure, has_aux=True)
+    (mount, offset), by_ends, (law, turn) = jax.vjp(ends, pressure, has_aux=True)
     shape, reached, push = solve_shape(law, into_base(loads, mount), rod.actuator, offset, start, solver)
     volume = _chamber_volume(rod, pressure, law, shape)
     base_moment = jnp.zeros_like(pressure[0])
@@ -80,9 +81,8 @@ def solve_rod(
     pressure_in_domain = rod.domain.covers_pressure(pressure)
     curvatures, _ = shape.samples()
     covered = jax.vmap(rod.domain.covers_moment)(jax.vmap(law.moment)(curvatures))
-    in_domain = (
-        good & pressure_in_domain & jnp.all(covered) & shears_little(loads, rod.actuator, pressure.dtype)
-    )
+    small = shears_little(loads, rod.actuator, pressure.dtype) & turns_little(turn)
+    in_domain = good & pressure_in_domain & jnp.all(covered) & small
     positions, rotations = shape.poses()
     tip_rotation, tangents = mount @ rotations[-1], rotations[:, :, 2] @ mount.T
     tip_position = mount @ cap_centre(rod.actuator, offset, positions[-1], rotations[-1])

@@ -7,6 +7,7 @@ from rodmodel.statics._ends import BENDING_AXES as BENDING_AXES
 from rodmodel.statics._ends import base_turn as base_turn
 from rodmodel.statics._ends import cap_centre as cap_centre
 from rodmodel.statics._ends import tip_offset as tip_offset
+from rodmodel.statics._ends import turns_little as turns_little
 from rodmodel.statics._loads import Loads as Loads
 from rodmodel.statics._loads import into_base as into_base
 from rodmodel.statics._loads import shears_little as shears_little

@@ -17,7 +17,7 @@ numbers in [`rodmodel.Actuator`][] are fitted.
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from rodmodel.actuator import Actuator
 from rodmodel.section import CurvatureLaw, solve_3x3
@@ -26,6 +26,9 @@ _AZIMUTHS = 2.0 * np.pi / 3.0 * np.arange(3)
 #: Axis about which pressure in each chamber bends a section.
 BENDING_AXES = np.stack([np.sin(_AZIMUTHS), -np.cos(_AZIMUTHS), np.zeros(3)], axis=1)
 _ACROSS = np.array([1.0, 1.0, 0.0])
+# Largest turn of the base that the runs of the full actuator bear out [rad]: they have up to 0.3. A section
+# that is about to give way would turn it by any angle.
+_TURNED = 0.5
 
 
 def base_turn(actuator: Actuator, pressure: Float[Array, "3"], law: CurvatureLaw) -> Float[Array, "3"]:
@@ -45,6 +48,11 @@ def base_turn(actuator: Actuator, pressure: Float[Array, "3"], law: CurvatureLaw
     twice = across * solve_3x3(stiffness, actuator.base_stiffness * once)
     softened = once + actuator.base_growth * (twice - once)
     return jnp.where(actuator.base_stiffness == 0.0, turn, softened)
+
+
+def turns_little(turn: Float[Array, "3"]) -> Bool[Array, ""]:
+    """Return whether a base turns by no more than it was seen to turn."""
+    return jnp.sum(turn * turn) <= _TURNED**2
 
 
 def tip_offset(actuator: Actuator, free_curvature: Float[Array, "3"]) -> Float[Array, "3"]:

@@ -65,7 +65,7 @@ class Solution(eqx.Module):
     stable : whether the second variation of the energy is positive. Follower loads and moments have no
         energy; then, whether the loads have passed no bifurcation.
     in_domain : whether the pressures, and the moment everywhere on the body, are in the calibrated domain,
-        and the forces shear no section by more than 0.2 rad.
+        the forces shear no section by more than 0.2 rad, and the base turns by no more than 0.5 rad.
     error_estimate : bound of the error of θ that 90 % of states keep [rad]; NaN outside the domain. It
         depends on the pressures' sum and the loads: see [`rodmodel.ErrorBound`][] and
         [`rodmodel.Calibration.error_bound`][].

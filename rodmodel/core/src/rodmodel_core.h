@@ -210,7 +210,8 @@ typedef struct {
     rm_real tip_error;              /* likewise of the tip's distance [m] */
     int result;                     /* enum rm_result */
     int stable;                     /* whether the second variation of the energy is positive */
-    int in_domain;                  /* whether pressures, moments and forces are in the calibrated domain */
+    int in_domain;                  /* whether pressures, moments and forces are in the calibrated domain,
+                                     * and the base turns by at most 0.5 rad */
     int load_steps;
     int shots;                      /* number of integrations from base to end */
     int steps;                      /* number of steps between the nodes: 1 for an arc */

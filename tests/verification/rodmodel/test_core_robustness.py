@@ -83,6 +83,19 @@ def test_the_reference_leans_as_the_core_does() -> None:
     np.testing.assert_allclose(core["free_curvature"], expected, rtol=1e-9, atol=1e-9)
 
 
+def test_a_base_that_would_turn_by_radians_is_out_of_the_domain() -> None:
+    """A section that is about to give way: one kilopascal below it is inside, and bends as all others do."""
+    pressure = np.array([[313.0, 69789.0, 259.0], [313.0, 68789.0, 259.0]])
+    core = rodmodel.load_core("ring").solve_many(pressure=pressure)
+    reference = rodmodel.load("ring")
+    assert np.all(reference.domain.covers_pressure(pressure.T))
+    for row, given, inside in zip(core, pressure, (False, True), strict=True):
+        same = reference.solve(given, throw=False)
+        assert bool(row["in_domain"]) == bool(same.in_domain) == inside
+        assert np.isfinite(row["angle_error"]) == np.isfinite(same.error_estimate) == inside
+        assert row["result"] == Result.successful
+
+
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-8])
 @pytest.mark.parametrize(("layout", "psi_deg"), LAYOUTS)
 def test_a_solve_is_as_near_as_its_tolerance(layout: str, psi_deg: float, tolerance: float) -> None:

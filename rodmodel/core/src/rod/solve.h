@@ -74,6 +74,10 @@ static void begin(solve_state *at, const rm_rod *rod, const rm_real *pressure, i
 /* Largest angle by which the forces may shear a section: that grows with the force as long as it is small. */
 #define RM_SHEARED R(0.2)
 
+/* Cosine of half the largest turn of the base that the runs of the full actuator bear out, 0.5 rad: they have up to
+ * 0.3. A section that is about to give way would turn it by any angle. */
+#define RM_HALF_TURNED R(0.96891242171064478473)
+
 static int shears_little(const rm_actuator *a, const resultants *l)
 {
     const rm_real force = rm_sqrt(dot(l->end_force, l->end_force)) + rm_sqrt(dot(l->body_force, l->body_force))
@@ -355,7 +359,7 @@ static int put_solution(solve_state *at, const rm_input *input, const rm_options
     solution->result = result;
     solution->stable = reached->stable;
     solution->in_domain = covers_pressure(&at->rod->domain, input->pressure) && solution->moment_share <= RM_SLACK
-                          && shears_little(&at->rod->actuator, &at->loads);
+                          && shears_little(&at->rod->actuator, &at->loads) && e->mount.w >= RM_HALF_TURNED;
     solution->base_moment = rm_sqrt(dot(end->base_moment, end->base_moment));
     solution->angle_error = solution->tip_error = not_a_number();
     if (solution->in_domain) {

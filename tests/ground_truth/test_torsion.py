@@ -9,7 +9,7 @@ from tests.benchmark.refinement.report import gathered
 
 STUDY = gathered(None)
 BAR = 0.10
-six = pytest.mark.xfail(strict=True, reason="−17 to 6 %: few fine states, few of them twist")
+six = pytest.mark.xfail(strict=True, reason="−26 to 9 %: few fine states, few of them twist")
 CASES = [
     pytest.param(
         name, c, id=f"{name}, law of psi {c.layout.psi}", marks=[six] if name == "six helices" else []

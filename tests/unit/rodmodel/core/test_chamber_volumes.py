@@ -74,10 +74,12 @@ def test_the_rule_is_exact_where_the_curvature_is_the_same_all_along(
 
 
 def test_under_loads_volumes_are_of_order_4(calibration: Calibration) -> None:
-    """As the curvature at the nodes is; the rule itself adds less."""
+    """As the curvature at the nodes is; the rule itself adds less.
+
+    At 64 steps they err by 2e-11, less than the solves' usual tolerance lets through.
+    """
     rod = rod_with(calibration)
-    exact = rod.solve(PRESSURE, **LOADS, steps=256).chamber_volume
-    errors = [
-        np.abs(rod.solve(PRESSURE, **LOADS, steps=n).chamber_volume / exact - 1.0).max() for n in (16, 32, 64)
-    ]
+    given = {"pressure": PRESSURE, **LOADS, "volumes": True, "tolerance": 1e-13}
+    exact, *rough = (rod.solve_many(steps=n, **given)["chamber_volume"][0] for n in (256, 16, 32, 64))
+    errors = [np.abs(volume / exact - 1.0).max() for volume in rough]
     np.testing.assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), 4.0, atol=0.1)

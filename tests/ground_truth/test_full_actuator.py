@@ -76,7 +76,7 @@ def test_the_rod_is_as_near_as_the_documentation_says(verdict: Verdict) -> None:
 
 
 @pytest.mark.xfail(
-    strict=True, reason="0.49 %: the ends are of the whole range now, and pay for it below 52 kPa"
+    strict=True, reason="0.42 %: the ends are of the whole range now, and pay for it below 52 kPa"
 )
 def test_the_rod_is_as_near_its_fit_runs_as_when_they_ended_at_50_kpa(verdict: Verdict) -> None:
     assert report_rods(verdict, "fit")[PAPER]["tip_percent"]["median"] <= 0.39

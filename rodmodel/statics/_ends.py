@@ -26,8 +26,8 @@ _AZIMUTHS = 2.0 * np.pi / 3.0 * np.arange(3)
 #: Axis about which pressure in each chamber bends a section.
 BENDING_AXES = np.stack([np.sin(_AZIMUTHS), -np.cos(_AZIMUTHS), np.zeros(3)], axis=1)
 _ACROSS = np.array([1.0, 1.0, 0.0])
-# Largest turn of the base that the runs of the full actuator bear out [rad]: they have up to 0.3. A section
-# that is about to give way would turn it by any angle.
+# Largest turn of the base that is believed [rad]: elsewhere in their domains the laws that ship have up to
+# 0.3. A section that is about to give way would turn it by any angle.
 _TURNED = 0.5
 
 
@@ -51,7 +51,7 @@ def base_turn(actuator: Actuator, pressure: Float[Array, "3"], law: CurvatureLaw
 
 
 def turns_little(turn: Float[Array, "3"]) -> Bool[Array, ""]:
-    """Return whether a base turns by no more than it was seen to turn."""
+    """Return whether a base turns by no more than is believed."""
     return jnp.sum(turn * turn) <= _TURNED**2
 
 

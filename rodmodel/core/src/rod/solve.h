@@ -74,8 +74,8 @@ static void begin(solve_state *at, const rm_rod *rod, const rm_real *pressure, i
 /* Largest angle by which the forces may shear a section: that grows with the force as long as it is small. */
 #define RM_SHEARED R(0.2)
 
-/* Cosine of half the largest turn of the base that the runs of the full actuator bear out, 0.5 rad: they have up to
- * 0.3. A section that is about to give way would turn it by any angle. */
+/* Cosine of half the largest turn of the base that is believed, 0.5 rad: elsewhere in their domains the laws that ship
+ * have up to 0.3. A section that is about to give way would turn it by any angle. */
 #define RM_HALF_TURNED R(0.96891242171064478473)
 
 static int shears_little(const rm_actuator *a, const resultants *l)
